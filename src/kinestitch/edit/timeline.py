@@ -1,0 +1,272 @@
+"""What the user wants: which frames of which clips follow each other, and how smoothly they meet.
+
+A timeline holds no motion data, only keys, frame numbers and settings, so it is cheap to copy, compare and keep for undo.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import TYPE_CHECKING, SupportsIndex
+
+from kinestitch.core.resample import resampled_frames
+from kinestitch.errors import MissingClipError, ParameterError, RangeError
+
+if TYPE_CHECKING:
+    from kinestitch.core.motion import Motion
+
+DEFAULT_SMOOTHING = 0.1
+"""Smoothing time in seconds of a seam that says nothing else: λ = 81 at 30 fps, 1,296 at 60 fps."""
+
+MAX_FRAMES = 2**53
+"""Documents keep frame numbers as doubles; above this they would no longer be exact."""
+
+
+def whole(value: SupportsIndex, name: str) -> int:
+    """A frame number as a plain int; raises ParameterError for 1.5 or None."""
+    try:
+        return operator.index(value)
+    except TypeError as error:
+        raise ParameterError(f"Expected a whole number for {name}, got {value!r}.") from error
+
+
+def positive_rate(fps: float) -> float:
+    """A frame rate as a plain float; raises ParameterError unless it is finite and above 0."""
+    try:
+        rate = float(fps)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"Expected fps > 0, got {fps!r}.") from error
+    if not (math.isfinite(rate) and rate > 0):
+        raise ParameterError(f"Expected fps > 0, got {rate}.")
+    return rate
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRange:
+    """Frames start, start + 1, …, stop − 1: half-open, so that ``len`` is a difference and neighbours share a bound.
+
+    Raises RangeError unless 0 ≤ start < stop.
+
+    >>> len(FrameRange(60, 110))
+    50
+    """
+
+    start: int
+    stop: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", whole(self.start, "a range's start"))
+        object.__setattr__(self, "stop", whole(self.stop, "a range's stop"))
+        if not 0 <= self.start < self.stop <= MAX_FRAMES:
+            raise RangeError(
+                f"Expected a range start:stop with 0 ≤ start < stop, got {self}. "
+                "The stop frame itself is not part of the range."
+            )
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+    def __str__(self) -> str:
+        return f"{self.start}:{self.stop}"
+
+
+@dataclass(frozen=True, slots=True)
+class ClipInfo:
+    """What a timeline knows of a clip: the key it is called by, its number of frames F ≥ 1 and its own rate.
+
+    Raises RangeError for F < 1, ParameterError for fps ≤ 0 or a key that is no text.
+    """
+
+    key: str
+    frames: int
+    fps: float
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.key, str):
+            raise ParameterError(f"Expected a clip's key to be text, got {self.key!r}.")
+        object.__setattr__(self, "frames", whole(self.frames, f"the frames of clip {self.key!r}"))
+        object.__setattr__(self, "fps", positive_rate(self.fps))
+        if not 1 <= self.frames <= MAX_FRAMES:
+            raise RangeError(f"Expected a clip of at least 1 frame, got {self.frames} in clip {self.key!r}.")
+
+    def frames_at(self, fps: float) -> int:
+        """Number of frames the clip has once it is resampled as a whole to `fps`.
+
+        >>> ClipInfo("kick", 61, 60.0).frames_at(30.0)
+        31
+        """
+        try:
+            frames = resampled_frames(self.frames, self.fps, fps)
+        except (OverflowError, ValueError):
+            frames = MAX_FRAMES + 1
+        if frames > MAX_FRAMES:
+            raise RangeError(f"Expected a clip that can be resampled, got {self.fps} fps to {fps} fps ({self.key!r}).")
+        return frames
+
+
+@dataclass(frozen=True, slots=True)
+class Seam:
+    """How smoothly two segments meet: a stiffness λ ≥ 0, or a smoothing time τ ≥ 0 in seconds; neither is the default.
+
+    λ is the published number and depends on the frame rate; τ means the same at every rate: λ = (τ · fps)⁴. Larger values
+    spread the difference over more frames. Raises ParameterError for both, for negative values, NaN and infinity.
+
+    >>> Seam().lambda_at(30.0), Seam(smoothing=0.2).lambda_at(30.0), Seam(stiffness=100).lambda_at(30.0)
+    (81.0, 1296.0, 100.0)
+    """
+
+    stiffness: float | None = None
+    smoothing: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "smoothing"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _not_negative(value, name))
+        if self.stiffness is not None and self.smoothing is not None:
+            raise ParameterError(
+                f"Expected a stiffness or a smoothing time, got both ({self.stiffness} and {self.smoothing} s). "
+                "Leave one out."
+            )
+
+    def lambda_at(self, fps: float) -> float:
+        """The stiffness λ on a timeline of this rate."""
+        if self.stiffness is not None:
+            return self.stiffness
+        width = (DEFAULT_SMOOTHING if self.smoothing is None else self.smoothing) * positive_rate(fps)
+        stiffness = width * width * (width * width)
+        if not math.isfinite(stiffness):
+            raise ParameterError(f"Expected a smoothing time of some seconds, got {self.smoothing} s.")
+        return stiffness
+
+
+def _not_negative(value: float, name: str) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"Expected a seam's {name} ≥ 0, got {value!r}.") from error
+    if not (math.isfinite(number) and number >= 0):
+        raise ParameterError(f"Expected a seam's {name} ≥ 0, got {number}.")
+    return number + 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Consecutive frames of one clip.
+
+    clip : the clip's key
+    range : frames of the clip **at the timeline's rate**; a clip of another rate is resampled as a whole first
+    """
+
+    clip: str
+    range: FrameRange
+
+    def __len__(self) -> int:
+        return len(self.range)
+
+    def __str__(self) -> str:
+        return f"{self.clip}@{self.range}"
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """S segments that follow each other, and the S − 1 seams between them; hashable, equal by value.
+
+    clips : every clip that may be used, on the line or not
+    segments : at least one
+    seams : seam i lies between segments i and i + 1
+    fps : the result's rate
+
+    Raises RangeError for no segment and for a segment outside its clip, MissingClipError for a segment of an unknown
+    clip, ParameterError for keys that occur twice, a wrong number of seams or fps ≤ 0.
+    """
+
+    clips: tuple[ClipInfo, ...]
+    segments: tuple[Segment, ...]
+    seams: tuple[Seam, ...]
+    fps: float
+
+    def __post_init__(self) -> None:
+        for name in ("clips", "segments", "seams"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "fps", positive_rate(self.fps))
+        if not self.segments:
+            raise RangeError("Expected a timeline of at least one segment, got none.")
+        if len(self.seams) != len(self.segments) - 1:
+            raise ParameterError(
+                f"Expected one seam fewer than segments, got {len(self.seams)} seams and {len(self.segments)} segments."
+            )
+        self._check_segments()
+
+    def _check_segments(self) -> None:
+        frames: dict[str, int] = {}
+        for clip in self.clips:
+            if clip.key in frames:
+                raise ParameterError(f"Expected every clip once, got {clip.key!r} twice. Give one another key.")
+            frames[clip.key] = clip.frames_at(self.fps)
+        for index, segment in enumerate(self.segments):
+            if segment.clip not in frames:
+                raise _missing(segment.clip, frames)
+            if segment.range.stop > frames[segment.clip]:
+                raise RangeError(
+                    f"Expected frames within 0:{frames[segment.clip]} of clip {segment.clip!r} at {self.fps:g} fps, "
+                    f"got {segment.range} in segment {index}."
+                )
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the result."""
+        return sum(len(segment) for segment in self.segments)
+
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """(S + 1,) the frame at which each segment starts; the last entry is the number of frames."""
+        return tuple(accumulate((len(segment) for segment in self.segments), initial=0))
+
+    def clip(self, key: str) -> ClipInfo:
+        """The clip of this key; raises MissingClipError that lists the known ones."""
+        for info in self.clips:
+            if info.key == key:
+                return info
+        raise _missing(key, [info.key for info in self.clips])
+
+    def segment_at(self, frame: int) -> tuple[int, int]:
+        """Which segment shows this frame of the result, and which frame of its clip (at the timeline's rate) that is.
+
+        Raises RangeError outside the timeline.
+        """
+        starts = self.starts
+        frame = whole(frame, "a frame")
+        if not 0 <= frame < starts[-1]:
+            raise RangeError(f"Expected a frame within 0:{starts[-1]} of the timeline, got {frame}.")
+        index = bisect_right(starts, frame) - 1
+        return index, self.segments[index].range.start + frame - starts[index]
+
+
+def _missing(key: str, known: Iterable[str]) -> MissingClipError:
+    names = ", ".join(repr(name) for name in known) or "no clips"
+    return MissingClipError(f"Expected a clip of the timeline ({names}), got {key!r}. Add it first.")
+
+
+def timeline(clips: Mapping[str, Motion] | Iterable[ClipInfo], key: str) -> Timeline:
+    """A timeline that shows one whole clip, at that clip's rate, and knows all the others.
+
+    clips : the motions by key (only their frame counts and rates are kept), or what is known of them
+    key : the clip to start from
+
+    >>> line = timeline([ClipInfo("walk", 120, 30.0), ClipInfo("kick", 90, 60.0)], "walk")
+    >>> line.frames, line.fps, line.segment_at(20)
+    (120, 30.0, (0, 20))
+    """
+    if isinstance(clips, Mapping):
+        infos = tuple(ClipInfo(name, motion.frames, motion.fps) for name, motion in clips.items())
+    else:
+        infos = tuple(clips)
+    for info in infos:
+        if info.key == key:
+            return Timeline(infos, (Segment(key, FrameRange(0, info.frames)),), (), info.fps)
+    raise _missing(key, [info.key for info in infos])
