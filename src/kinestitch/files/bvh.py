@@ -1,0 +1,152 @@
+"""BVH in and out: Biovision's text files of joints, offsets and Euler angles."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array
+from kinestitch.core.skeleton import Skeleton
+from kinestitch.errors import FormatError, KinestitchWarning, ParameterError
+from kinestitch.files.bvh_frames import columns_of, read_frames
+from kinestitch.files.bvh_hierarchy import Node, parse_hierarchy
+from kinestitch.files.naming import naming, unique_names
+from kinestitch.files.rates import snap_rate
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
+"""Metres of the units that `unit` may name; ``asf`` is that of Carnegie Mellon's files, 1/0.45 inch."""
+
+_MOTION = re.compile(rb"^[ \t]*MOTION\b", re.IGNORECASE | re.MULTILINE)
+_FRAMES = re.compile(rb"Frames[ \t]*:[ \t]*(\S*)[ \t]*", re.IGNORECASE)
+_FRAME_TIME = re.compile(rb"Frame[ \t]+Time[ \t]*:[ \t]*(\S*)[ \t]*", re.IGNORECASE)
+
+
+def read_bvh(path: str | os.PathLike[str], *, unit: str | float = "auto") -> Motion:
+    """Read a BVH file.
+
+    unit : ``"m"``, ``"cm"``, ``"mm"``, ``"inch"``, ``"asf"``, a number of metres, or ``"auto"``
+
+    BVH names no unit. ``"auto"`` takes the largest side of the box around the rest pose, End Sites included: more than 10
+    units are centimetres, fewer are metres. One family is known by name: files made from Carnegie Mellon's ASF skeletons
+    (joints LHipJoint and LowerBack, 20 to 60 units) count in 1/0.45 inch = 0.0564444 m.
+
+    The rest pose has no rotations; its offsets and End Sites (``Skeleton.tips``) are the file's, but an End Site of zero
+    length says nothing and becomes NaN. Position channels, on whichever joint, stand in for the offset; any sequence of
+    rotation channels is multiplied in the file's order. The rate is 1 / frame time, taken for a common one within 0.05 %.
+
+    Rows after the declared number of frames are left out and repeated joint names get ``_2``, ``_3``, …, each with one
+    counted KinestitchWarning. Raises FormatError, with the line number, for everything else: missing rows (a file cut
+    short), a row of another length, NaN, no frames, several ROOTs; ParameterError for an unknown unit.
+    """
+    _metres(unit)
+    data = Path(path).read_bytes()
+    with naming(path):
+        if b"\n" not in data:
+            data = data.replace(b"\r", b"\n")
+        header, line, body = _split(data)
+        del data
+        nodes = parse_hierarchy(header)
+        frames, frame_time, line, body = _timing(body, line)
+        metres = _scale(nodes, unit)
+        skeleton = _skeleton(nodes, metres)
+        translations, rotations = read_frames(body, line, frames, columns_of(nodes), skeleton.offsets, metres)
+        del body
+        translations.setflags(write=False)
+        rotations.setflags(write=False)
+        return Motion(skeleton, translations, rotations, snap_rate(1.0 / frame_time), Path(path).stem)
+
+
+def _split(data: bytes) -> tuple[str, int, bytes]:
+    """Text of the hierarchy, line number of what follows the word MOTION, and that rest."""
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    first = data[:4096].split(maxsplit=1)
+    if not first or first[0].upper() != b"HIERARCHY":
+        got = repr(first[0][:24].decode("latin-1")) if first else "an empty file" if not data else "blank lines"
+        raise FormatError(f"Line 1: expected HIERARCHY, got {got}. Is this a BVH file?")
+    match = _MOTION.search(data)
+    if match is None:
+        raise FormatError("Expected a line MOTION after the hierarchy, got the end of the file. The file may be cut short.")
+    head = data[: match.start()]
+    try:
+        text = head.decode("utf-8")
+    except UnicodeDecodeError:
+        text = head.decode("latin-1")
+    return text, head.count(b"\n") + 1, data[match.end() :]
+
+
+def _timing(body: bytes, line: int) -> tuple[int, float, int, bytes]:
+    """Frames, seconds a frame, line number of the rest, the rest."""
+    line, rest, word = _labelled(body, line, _FRAMES, "Frames: and a number")
+    if not word.isdigit() or len(word) > 12:
+        raise FormatError(f"Line {line}: expected a number of frames, got {word[:24].decode('latin-1')!r}.")
+    frames = int(word)
+    if frames < 1:
+        raise FormatError(f"Line {line}: expected at least one frame, got {frames}.")
+    line, rest, word = _labelled(rest, line, _FRAME_TIME, "Frame Time: and a number")
+    try:
+        seconds = float(word)
+    except ValueError:
+        seconds = math.nan
+    if not 1e-6 <= seconds <= 1e6:
+        raise FormatError(f"Line {line}: expected a frame time > 0 in seconds, got {word[:24].decode('latin-1')!r}.")
+    return frames, seconds, line, rest
+
+
+def _labelled(body: bytes, line: int, pattern: re.Pattern[bytes], expected: str) -> tuple[int, bytes, bytes]:
+    """Line number, rest and value of the labelled line that has to come next."""
+    blank = len(body) - len(body.lstrip())
+    line += body.count(b"\n", 0, blank)
+    match = pattern.match(body, blank)
+    if match is None:
+        got = body[blank : blank + 40].split(b"\n")[0].decode("latin-1").strip()
+        raise FormatError(f"Line {line}: expected {expected}, got {got!r}.")
+    return line, body[match.end() :], match[1]
+
+
+def _metres(unit: str | float) -> float | None:
+    """Metres of a unit; None for "auto"."""
+    if isinstance(unit, str):
+        if unit != "auto" and unit not in UNITS:
+            raise ParameterError(f"Expected a unit out of auto, {', '.join(UNITS)} or a number of metres, got {unit!r}.")
+        return UNITS.get(unit)
+    if not (math.isfinite(unit) and unit > 0):
+        raise ParameterError(f"Expected a unit > 0 m, got {unit}.")
+    return float(unit)
+
+
+def _scale(nodes: list[Node], unit: str | float) -> float:
+    metres = _metres(unit)
+    return UNITS[unit_of(nodes)] if metres is None else metres
+
+
+def unit_of(nodes: list[Node]) -> str:
+    """The unit that ``"auto"`` takes: see :func:`read_bvh`."""
+    places: list[Array] = []
+    ends: list[Array] = []
+    for node in nodes:
+        above = places[node.parent] if node.parent >= 0 else np.zeros(3)
+        places.append(above + np.asarray(node.offset))
+        ends.append(places[-1] + np.asarray(node.tip or (0.0, 0.0, 0.0)))
+    extent = float(np.ptp(np.array(places + ends), axis=0).max())
+    if 20 <= extent <= 60 and {"LHipJoint", "LowerBack"} <= {node.name for node in nodes}:
+        return "asf"
+    return "cm" if extent > 10 else "m"
+
+
+def _skeleton(nodes: list[Node], metres: float) -> Skeleton:
+    names, repeated = unique_names([node.name for node in nodes])
+    if repeated:
+        warnings.warn(KinestitchWarning(f"{repeated} joint name(s) used twice; a number was added to them."), stacklevel=4)
+    tips = [(math.nan,) * 3 if node.tip is None or not any(node.tip) else node.tip for node in nodes]
+    return Skeleton(
+        tuple(names),
+        tuple(node.parent for node in nodes),
+        np.array([node.offset for node in nodes]) * metres,
+        tips=np.array(tips) * metres,
+    )
