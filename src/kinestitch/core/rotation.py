@@ -168,8 +168,17 @@ def euler_to_quat(angles: ArrayLike, order: str) -> Array:
     """
     _check_order(order)
     angles = np.asarray(angles, dtype=np.float64)
-    first, second, third = (quat_about_axis("XYZ".index(letter), angles[..., i]) for i, letter in enumerate(order))
-    return quat_multiply(quat_multiply(first, second), third)
+    i, j, k = ("XYZ".index(letter) for letter in order)
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    half = 0.5 * np.moveaxis(angles, -1, 0)
+    (sa, sb, sc), (ca, cb, cc) = np.sin(half), np.cos(half)
+    sc = sign * sc
+    q = np.empty(angles.shape[:-1] + (4,))
+    q[..., i] = sa * (cb * cc) + ca * (sb * sc)
+    q[..., j] = ca * (sb * cc) - sa * (cb * sc)
+    q[..., k] = sign * (ca * (cb * sc) + sa * (sb * cc))
+    q[..., 3] = ca * (cb * cc) - sa * (sb * sc)
+    return q
 
 
 def quat_to_euler(q: ArrayLike, order: str) -> Array:

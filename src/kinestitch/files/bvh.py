@@ -22,6 +22,7 @@ from kinestitch.files.rates import snap_rate
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
 """Metres of the units that `unit` may name; ``asf`` is that of Carnegie Mellon's files, 1/0.45 inch."""
 
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _MOTION = re.compile(rb"^[ \t]*MOTION\b", re.IGNORECASE | re.MULTILINE)
 _FRAMES = re.compile(rb"Frames[ \t]*:[ \t]*(\S*)[ \t]*", re.IGNORECASE)
 _FRAME_TIME = re.compile(rb"Frame[ \t]+Time[ \t]*:[ \t]*(\S*)[ \t]*", re.IGNORECASE)
@@ -49,64 +50,61 @@ def read_bvh(path: str | os.PathLike[str], *, unit: str | float = "auto") -> Mot
     with naming(path):
         if b"\n" not in data:
             data = data.replace(b"\r", b"\n")
-        header, line, body = _split(data)
-        del data
+        header, position = _hierarchy_text(data)
         nodes = parse_hierarchy(header)
-        frames, frame_time, line, body = _timing(body, line)
+        frames, frame_time, position = _timing(data, position)
         metres = _scale(nodes, unit)
         skeleton = _skeleton(nodes, metres)
-        translations, rotations = read_frames(body, line, frames, columns_of(nodes), skeleton.offsets, metres)
-        del body
-        translations.setflags(write=False)
+        translations, rotations = read_frames(data, position, frames, columns_of(nodes), skeleton.offsets, metres)
+        translations.setflags(write=False)  # what nobody else can write to is not copied
         rotations.setflags(write=False)
         return Motion(skeleton, translations, rotations, snap_rate(1.0 / frame_time), Path(path).stem)
 
 
-def _split(data: bytes) -> tuple[str, int, bytes]:
-    """Text of the hierarchy, line number of what follows the word MOTION, and that rest."""
-    data = data.removeprefix(b"\xef\xbb\xbf")
-    first = data[:4096].split(maxsplit=1)
+def _hierarchy_text(data: bytes) -> tuple[str, int]:
+    """Text of the hierarchy, and where the word MOTION behind it ends."""
+    first = data[:4096].removeprefix(_BYTE_ORDER_MARK).split(maxsplit=1)
     if not first or first[0].upper() != b"HIERARCHY":
-        got = repr(first[0][:24].decode("latin-1")) if first else "an empty file" if not data else "blank lines"
+        got = repr(first[0][:24].decode("latin-1")) if first else "blank lines" if data else "an empty file"
         raise FormatError(f"Line 1: expected HIERARCHY, got {got}. Is this a BVH file?")
     match = _MOTION.search(data)
     if match is None:
         raise FormatError("Expected a line MOTION after the hierarchy, got the end of the file. The file may be cut short.")
-    head = data[: match.start()]
+    head = data[: match.start()].removeprefix(_BYTE_ORDER_MARK)
     try:
-        text = head.decode("utf-8")
+        return head.decode("utf-8"), match.end()
     except UnicodeDecodeError:
-        text = head.decode("latin-1")
-    return text, head.count(b"\n") + 1, data[match.end() :]
+        return head.decode("latin-1"), match.end()
 
 
-def _timing(body: bytes, line: int) -> tuple[int, float, int, bytes]:
-    """Frames, seconds a frame, line number of the rest, the rest."""
-    line, rest, word = _labelled(body, line, _FRAMES, "Frames: and a number")
+def _timing(data: bytes, position: int) -> tuple[int, float, int]:
+    """Frames, seconds a frame, and where the rows begin."""
+    line, position, word = _labelled(data, position, _FRAMES, "Frames: and a number")
     if not word.isdigit() or len(word) > 12:
         raise FormatError(f"Line {line}: expected a number of frames, got {word[:24].decode('latin-1')!r}.")
     frames = int(word)
     if frames < 1:
         raise FormatError(f"Line {line}: expected at least one frame, got {frames}.")
-    line, rest, word = _labelled(rest, line, _FRAME_TIME, "Frame Time: and a number")
+    line, position, word = _labelled(data, position, _FRAME_TIME, "Frame Time: and a number")
     try:
         seconds = float(word)
     except ValueError:
         seconds = math.nan
     if not 1e-6 <= seconds <= 1e6:
         raise FormatError(f"Line {line}: expected a frame time > 0 in seconds, got {word[:24].decode('latin-1')!r}.")
-    return frames, seconds, line, rest
+    return frames, seconds, position
 
 
-def _labelled(body: bytes, line: int, pattern: re.Pattern[bytes], expected: str) -> tuple[int, bytes, bytes]:
-    """Line number, rest and value of the labelled line that has to come next."""
-    blank = len(body) - len(body.lstrip())
-    line += body.count(b"\n", 0, blank)
-    match = pattern.match(body, blank)
+def _labelled(data: bytes, position: int, pattern: re.Pattern[bytes], expected: str) -> tuple[int, int, bytes]:
+    """Line number, end and value of the labelled line that has to come next."""
+    while data[position : position + 1].isspace():
+        position += 1
+    line = data.count(b"\n", 0, position) + 1
+    match = pattern.match(data, position)
     if match is None:
-        got = body[blank : blank + 40].split(b"\n")[0].decode("latin-1").strip()
+        got = data[position : position + 40].split(b"\n")[0].decode("latin-1").strip()
         raise FormatError(f"Line {line}: expected {expected}, got {got!r}.")
-    return line, body[match.end() :], match[1]
+    return line, match.end(), match[1]
 
 
 def _metres(unit: str | float) -> float | None:
@@ -134,7 +132,7 @@ def unit_of(nodes: list[Node]) -> str:
         places.append(above + np.asarray(node.offset))
         ends.append(places[-1] + np.asarray(node.tip or (0.0, 0.0, 0.0)))
     extent = float(np.ptp(np.array(places + ends), axis=0).max())
-    if 20 <= extent <= 60 and {"LHipJoint", "LowerBack"} <= {node.name for node in nodes}:
+    if 20 <= extent <= 60 and {"lhipjoint", "lowerback"} <= {node.name.lower() for node in nodes}:
         return "asf"
     return "cm" if extent > 10 else "m"
 

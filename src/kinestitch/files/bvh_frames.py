@@ -65,39 +65,40 @@ def _turn(angles: Array, axes: str) -> Array:
     return q
 
 
-def read_frames(body: bytes, line: int, frames: int, columns: Columns, offsets: Array, unit: float) -> tuple[Array, Array]:
-    """Translations (F, J, 3) m and rotations (F, J, 4) of the rows of `body`, whose first line has number `line`.
+def read_frames(
+    data: bytes, start: int, frames: int, columns: Columns, offsets: Array, unit: float
+) -> tuple[Array, Array]:
+    """Translations (F, J, 3) m and rotations (F, J, 4) of the rows that begin at `start` of the file's bytes.
 
     frames : rows that the file declares; further ones are left out with one warning
     offsets : (J, 3) m, the translation of joints and axes without a position channel
 
     Raises FormatError with the line number for a row of another length, a token that is no finite number, missing rows.
     """
-    possible = len(body) // (2 * columns.count) + 1
+    possible = (len(data) - start) // (2 * columns.count) + 1
     if frames > possible:
         raise FormatError(f"Expected the {frames} frames that the file declares, got room for at most {possible}.")
     translations = np.empty((frames, len(offsets), 3))
     translations[:] = offsets
     rotations = np.empty((frames, len(offsets), 4))
     rotations[:] = quat_identity()
-    done = start = 0
-    while start < len(body) and done < frames:
-        stop = _block_end(body, start, columns.count * (frames - done))
-        block = body[start:stop]
+    line = data.count(b"\n", 0, start) + 1
+    done = 0
+    while start < len(data) and done < frames:
+        block = data[start : _block_end(data, start, columns.count)]
         if block.count(b"\n") > frames - done:
-            stop = start + _end_of_rows(block, frames - done)
-            block = body[start:stop]
-        rows = _rows(block, line, columns)[: frames - done]
+            block = _first_rows(block, frames - done)
+        rows = _rows(block, line, columns)
         _fill(rows, columns, unit, translations[done : done + len(rows)], rotations[done : done + len(rows)])
         done += len(rows)
         line += block.count(b"\n")
-        start = stop
+        start += len(block)
     if done < frames:
         raise FormatError(
             f"Line {line}: expected {frames} frames as the file declares, got {done}. "
             f"The file may be cut short; if not, correct it to 'Frames: {done}'."
         )
-    extra = sum(1 for row in body[start:].split(b"\n") if row.strip())
+    extra = sum(1 for row in data[start:].split(b"\n") if row.strip())
     if extra:
         warnings.warn(
             KinestitchWarning(f"{extra} row(s) after the {frames} frames that the file declares left out."), stacklevel=4
@@ -105,25 +106,23 @@ def read_frames(body: bytes, line: int, frames: int, columns: Columns, offsets: 
     return translations, rotations
 
 
-def _block_end(body: bytes, start: int, values: int) -> int:
-    """End of a block of whole lines of about BLOCK bytes."""
-    if start + BLOCK >= len(body):
-        return len(body)
-    newline = body.rfind(b"\n", start, start + BLOCK)
+def _block_end(data: bytes, start: int, values: int) -> int:
+    """End of a block of whole lines of about BLOCK bytes; a line may be longer."""
+    newline = data.rfind(b"\n", start, start + BLOCK) if start + BLOCK < len(data) else -1
     if newline < 0:
-        newline = body.find(b"\n", start + BLOCK, start + BLOCK + 32 * values)
-    return newline + 1 if newline >= 0 else len(body)
+        newline = data.find(b"\n", start + BLOCK, start + BLOCK + 32 * values)
+    return newline + 1 if newline >= 0 else min(len(data), start + BLOCK + 32 * values)
 
 
-def _end_of_rows(block: bytes, rows: int) -> int:
-    """Length of the part of the block that holds its first `rows` rows that are not blank."""
+def _first_rows(block: bytes, count: int) -> bytes:
+    """The part of the block that holds its first `count` rows that are not blank."""
     length = 0
     for row in block.split(b"\n"):
-        rows -= bool(row.strip())
+        count -= bool(row.strip())
         length += len(row) + 1
-        if rows == 0:
+        if count == 0:
             break
-    return min(length, len(block))
+    return block[:length]
 
 
 def _rows(block: bytes, line: int, columns: Columns) -> Array:
