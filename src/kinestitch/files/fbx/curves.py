@@ -1,0 +1,132 @@
+"""Animation curves: keys with constant, linear and cubic interpolation, sampled at any times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinestitch.core.rotation import Array
+from kinestitch.errors import FormatError
+from kinestitch.files.fbx.nodes import Node
+
+Ticks = NDArray[np.int64]
+_CONSTANT, _CUBIC = 0x2, 0x8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """K keys in the order of time.
+
+    times : (K,) FBX ticks
+    values : (K,) the file's units (degrees, its own length unit)
+    flags : (K,) how the stretch after each key runs
+    slopes : (K, 2) units per second: leaving this key, arriving at the next one
+    weights : (K, 2) length of those two handles as a share of the stretch
+    """
+
+    times: Ticks
+    values: Array
+    flags: NDArray[np.int64]
+    slopes: Array
+    weights: Array
+
+
+def make_curve(times: Ticks, values: Array, flags: NDArray[np.int64], slopes: Array, weights: Array) -> Curve | None:
+    """Check and sort the keys; None where there are none."""
+    if len(times) == 0:
+        return None
+    if not np.isfinite(values).all():
+        raise FormatError("Expected finite animation keys, got NaN or infinity. Export the clip again.")
+    if (np.diff(times) <= 0).any():
+        order = np.argsort(times, kind="stable")
+        last = np.append(np.diff(times[order]) > 0, True)
+        order = order[last]
+        times, values, flags, slopes, weights = (a[order] for a in (times, values, flags, slopes, weights))
+    return Curve(times, values, flags, np.nan_to_num(slopes, posinf=0, neginf=0), weights)
+
+
+def read_curve(node: Node) -> Curve | None:
+    """A 7.x AnimationCurve object; attributes are run-length coded over the keys."""
+    time_node, value_node = node.child("KeyTime"), node.child("KeyValueFloat")
+    if time_node is None or value_node is None:
+        return None
+    times, values = time_node.integers(), value_node.array()
+    if len(times) != len(values):
+        raise FormatError(
+            f"Expected as many key values as key times ({len(times)}), got {len(values)}. Export it again."
+        )
+    flags, data = _attributes(node, len(times))
+    words = np.ascontiguousarray(data[:, 2]).view(np.uint32).astype(np.int64)
+    third = np.full(len(times), 1 / 3)
+    weights = np.stack(
+        [
+            np.where(flags & 0x1000000, (words & 0xFFFF) * 1e-4, third),
+            np.where(flags & 0x2000000, (words >> 16) * 1e-4, third),
+        ],
+        axis=-1,
+    )
+    return make_curve(times, values, flags, data[:, :2].astype(np.float64), weights)
+
+
+def _attributes(node: Node, count: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Interpolation flags (count,) and the four data words (count, 4) of each key; linear where the file says nothing."""
+    parts = [node.child(name) for name in ("KeyAttrFlags", "KeyAttrDataFloat", "KeyAttrRefCount")]
+    if any(part is None for part in parts):
+        return np.full(count, 0x4), np.zeros((count, 4), dtype=np.float32)
+    flags, repeats = parts[0].integers(), parts[2].integers()  # type: ignore[union-attr]
+    property_ = parts[1].properties[0] if parts[1].properties else None  # type: ignore[union-attr]
+    raw = property_.values() if hasattr(property_, "values") else parts[1].array()  # type: ignore[union-attr]
+    data = raw.astype(np.uint32).view(np.float32) if raw.dtype.kind in "iu" else raw.astype(np.float32)
+    runs = len(flags)
+    if len(repeats) != runs or len(data) < 4 * runs or (repeats < 0).any() or repeats.sum() != count:
+        return np.full(count, 0x4), np.zeros((count, 4), dtype=np.float32)
+    return np.repeat(flags, repeats), np.repeat(data[: 4 * runs].reshape(runs, 4), repeats, axis=0)
+
+
+def sample(curve: Curve, ticks: Ticks) -> Array:
+    """Values (N,) of a curve at `ticks` (N,); on a key its own value, before the first and after the last that key's."""
+    times, values = curve.times, curve.values
+    if len(times) == 1:
+        return np.full(len(ticks), values[0])
+    if len(times) == len(ticks) and np.array_equal(times, ticks):
+        return values
+    left = np.clip(np.searchsorted(times, ticks, side="right") - 1, 0, len(times) - 2)
+    right = left + 1
+    length = (times[right] - times[left]).astype(np.float64)
+    share = np.clip((ticks - times[left]) / length, 0.0, 1.0)
+    out = values[left] * (1 - share) + values[right] * share
+    inside = (share > 0) & (share < 1)
+    flags = curve.flags[left]
+    steps = inside & (flags & _CONSTANT != 0)
+    out[steps] = np.where(flags[steps] & 0x100, values[right[steps]], values[left[steps]])
+    cubic = inside & (flags & _CUBIC != 0) & ~steps
+    if cubic.any():
+        out[cubic] = _cubic(curve, left[cubic], share[cubic])
+    return out
+
+
+def _cubic(curve: Curve, left: NDArray[np.intp], share: Array) -> Array:
+    from kinestitch.files.fbx.scene import TICKS
+
+    length = (curve.times[left + 1] - curve.times[left]) / TICKS
+    leave, arrive = curve.weights[left, 0], curve.weights[left, 1]
+    x1, x2 = np.clip(leave, 0, 1), np.clip(1 - arrive, 0, 1)
+    t = _bezier_parameter(x1, x2, share)
+    y0, y3 = curve.values[left], curve.values[left + 1]
+    y1 = y0 + leave * length * curve.slopes[left, 0]
+    y2 = y3 - arrive * length * curve.slopes[left, 1]
+    u = 1 - t
+    return u**3 * y0 + 3 * u * t * (u * y1 + t * y2) + t**3 * y3
+
+
+def _bezier_parameter(x1: Array, x2: Array, x: Array) -> Array:
+    """The parameter at which a Bézier curve through 0, x1, x2, 1 reaches x: bisection, the curve being monotonic."""
+    low, high = np.zeros_like(x), np.ones_like(x)
+    for _ in range(54):
+        t = (low + high) / 2
+        u = 1 - t
+        below = 3 * u * t * (u * x1 + t * x2) + t**3 < x
+        low, high = np.where(below, t, low), np.where(below, high, t)
+    return (low + high) / 2

@@ -1,0 +1,127 @@
+"""Joints' local translations and rotations out of the scene, frame by frame, without scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinestitch.core.kinematics import local_from_world
+from kinestitch.core.rotation import Array, matrix_to_quat, quat_multiply, quat_rotate
+from kinestitch.core.skeleton import Skeleton
+from kinestitch.files.fbx.animation import LOCAL, Take
+from kinestitch.files.fbx.bones import ancestry, nearest_above
+from kinestitch.files.fbx.curves import Ticks
+from kinestitch.files.fbx.layers import property_values
+from kinestitch.files.fbx.scene import Key, Scene
+from kinestitch.files.fbx.transform import Local, World, local_transform, nearest_rotation, world_transform
+
+MIRROR = np.diag([-1.0, 1.0, 1.0])
+
+
+def needed_models(scene: Scene, joints: tuple[Key, ...]) -> list[Key]:
+    """The joints and everything above them, parents first."""
+    wanted = {above for joint in joints for above in ancestry(scene, joint)}
+    return [key for key in scene.models if key in wanted]
+
+
+def local_poses(scene: Scene, joints: tuple[Key, ...], take: Take | None, ticks: Ticks) -> tuple[Array, Array]:
+    """Local translations (N, J, 3) in the file's units and rotations (N, J, 4), each joint on the nearest joint above it.
+
+    take : None for the pose that the models' own properties give
+    """
+    locals_: dict[Key, Local] = {}
+    for key in needed_models(scene, joints):
+        model = scene.models[key]
+        locals_[key] = local_transform(model, *(property_values(take, model, name, ticks) for name in LOCAL))
+    if all(local.rigid for local in locals_.values()):
+        return _rigid(scene, joints, locals_)
+    return _scaled(scene, joints, locals_)
+
+
+def _rigid(scene: Scene, joints: tuple[Key, ...], locals_: dict[Key, Local]) -> tuple[Array, Array]:
+    chosen = set(joints)
+    translations, rotations = [], []
+    for joint in joints:
+        moved, turn = locals_[joint].translation, locals_[joint].rotation
+        for above in ancestry(scene, joint)[1:]:
+            if above in chosen:
+                break
+            moved = locals_[above].translation + quat_rotate(locals_[above].rotation, moved)
+            turn = quat_multiply(locals_[above].rotation, turn)
+        translations.append(moved)
+        rotations.append(turn)
+    return np.stack(translations, axis=1), np.stack(rotations, axis=1)
+
+
+def _scaled(scene: Scene, joints: tuple[Key, ...], locals_: dict[Key, Local]) -> tuple[Array, Array]:
+    worlds: dict[Key, World] = {}
+    for key, local in locals_.items():
+        above = scene.parents.get(key)
+        parent = worlds[above] if above is not None else None
+        inherit = scene.models[key].integer("InheritType")
+        worlds[key] = world_transform(local, parent, None if above is None else locals_[above], inherit)
+    positions = np.stack([worlds[joint].position for joint in joints], axis=1)
+    rotations = np.stack([worlds[joint].rotation() for joint in joints], axis=1)
+    translations, turns = local_from_world(bare_skeleton(scene, joints), positions, rotations)
+    still = np.ptp(translations, axis=0).max(axis=-1) <= 1e-9 * (1 + np.abs(translations).max(axis=(0, 2)))
+    translations[:, still] = translations[:1, still]  # what scale left constant but for rounding
+    return translations, turns
+
+
+def bare_skeleton(scene: Scene, joints: tuple[Key, ...]) -> Skeleton:
+    """Names and parents of the joints, with no rest pose."""
+    index = {joint: i for i, joint in enumerate(joints)}
+    above = [nearest_above(scene, joint, index) for joint in joints]
+    parents = tuple(-1 if key is None else index[key] for key in above)
+    return Skeleton(unique_names([scene.models[joint].name for joint in joints]), parents, np.zeros((len(joints), 3)))
+
+
+def unique_names(names: list[str]) -> tuple[str, ...]:
+    """The names, with ``.001`` and so on behind those that were there before."""
+    taken = set(names)
+    seen: set[str] = set()
+    out = []
+    for name in names:
+        fresh, number = name, 0
+        while fresh in seen or (number and fresh in taken):
+            number += 1
+            fresh = f"{name}.{number:03d}"
+        seen.add(fresh)
+        out.append(fresh)
+    return tuple(out)
+
+
+def bind_poses(
+    joints: tuple[Key, ...], parents: tuple[int, ...], matrices: dict[Key, Array], default: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Local rest translations (J, 3) and rotations (J, 4) from world matrices; where one is missing, the default local pose."""
+    skeleton = Skeleton(tuple(str(i) for i in range(len(joints))), parents, np.zeros((len(joints), 3)))
+    positions, rotations = np.empty((len(joints), 3)), np.empty((len(joints), 4))
+    for j, (joint, parent) in enumerate(zip(joints, parents, strict=True)):
+        matrix = matrices.get(joint)
+        if matrix is not None:
+            positions[j] = matrix[:3, 3]
+            rotations[j] = nearest_rotation(matrix[None, :3, :3])[0]
+        elif parent < 0:
+            positions[j], rotations[j] = default[0][j], default[1][j]
+        else:
+            positions[j] = positions[parent] + quat_rotate(rotations[parent], default[0][j])
+            rotations[j] = quat_multiply(rotations[parent], default[1][j])
+    return local_from_world(skeleton, positions, rotations)
+
+
+def to_y_up_metres(translations: Array, rotations: Array, axes: Array, unit: float) -> tuple[Array, Array]:
+    """Local poses (N, J, ·) of a file's world told in metres with Y up.
+
+    axes : (3, 3) orthogonal; a reflection mirrors every joint's frame as well, so that frames stay right-handed
+    """
+    translations, rotations = translations * unit, rotations.copy()
+    turn = axes
+    if np.linalg.det(axes) < 0:
+        turn = axes @ MIRROR
+        translations = translations * np.array([-1.0, 1.0, 1.0])
+        rotations = rotations * np.array([1.0, -1.0, -1.0, 1.0])
+    if not np.array_equal(turn, np.eye(3)):
+        quat = matrix_to_quat(turn)
+        translations[..., 0, :] = translations[..., 0, :] @ turn.T
+        rotations[..., 0, :] = quat_multiply(quat, rotations[..., 0, :])
+    return translations, rotations

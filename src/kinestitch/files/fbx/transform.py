@@ -1,0 +1,118 @@
+"""Where a model stands: FBX's chain of offsets, pivots, pre- and post-rotations and scale, and its three ways to inherit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinestitch.core.rotation import (
+    Array,
+    euler_to_quat,
+    matrix_to_quat,
+    quat_conjugate,
+    quat_continuous,
+    quat_multiply,
+    quat_normalize,
+    quat_rotate,
+    quat_to_euler,
+    quat_to_matrix,
+)
+from kinestitch.files.fbx.scene import Model
+
+# FBX names the axis that turns first; read as a product of rotating axes the order is the other way round
+ORDERS = ("ZYX", "YZX", "XZY", "ZXY", "YXZ", "XYZ", "ZYX")
+UNIT_SCALE = 2e-6  # a scale this near 1 moves a joint one metre away by two micrometres
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Local:
+    """A model in its parent's frame over N frames: translation (N, 3), rotation (N, 4), scale (N, 3)."""
+
+    translation: Array
+    rotation: Array
+    scale: Array
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the scale is 1 throughout."""
+        return bool(np.abs(self.scale - 1.0).max(initial=0.0) < UNIT_SCALE)
+
+
+def euler_quat(degrees: Array, order: int) -> Array:
+    """Quaternions (..., 4) of FBX Euler angles (..., 3) in degrees, x y z whatever the order of rotation."""
+    name = ORDERS[order] if 0 <= order < len(ORDERS) else ORDERS[0]
+    angles = np.radians(degrees)
+    return euler_to_quat(angles[..., ["XYZ".index(letter) for letter in name]], name)
+
+
+def quat_degrees(q: Array, order: int) -> Array:
+    """FBX Euler angles (..., 3) in degrees, x y z whatever the order of rotation, of quaternions (..., 4)."""
+    name = ORDERS[order] if 0 <= order < len(ORDERS) else ORDERS[0]
+    angles = np.empty((*q.shape[:-1], 3))
+    angles[..., ["XYZ".index(letter) for letter in name]] = quat_to_euler(q, name)
+    return np.degrees(angles)
+
+
+def local_transform(model: Model, translation: Array, degrees: Array, scale: Array) -> Local:
+    """The model's local frame from its animated translation, Euler angles (degrees) and scale, each (N, 3)."""
+    turn = euler_quat(degrees, 0)
+    if model.integer("RotationActive"):
+        turn = euler_quat(degrees, model.integer("RotationOrder"))
+        before = euler_quat(model.vector("PreRotation"), 0)
+        after = euler_quat(model.vector("PostRotation"), 0)
+        turn = quat_multiply(quat_multiply(before, turn), quat_conjugate(after))
+    turn = quat_normalize(turn)
+    spin, stretch = model.vector("RotationPivot"), model.vector("ScalingPivot")
+    inner = -spin + model.vector("ScalingOffset") + stretch - scale * stretch
+    moved = translation + model.vector("RotationOffset") + spin
+    if np.any(inner):
+        moved = moved + quat_rotate(turn, inner)
+    return Local(moved, turn, scale)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """A model in the file's world over N frames: position (N, 3), whole matrix (N, 3, 3), product of rotations (N, 4)."""
+
+    position: Array
+    matrix: Array
+    turn: Array
+
+    def rotation(self) -> Array:
+        """World rotation (N, 4) without scale and shear."""
+        size = np.linalg.norm(self.matrix, axis=-2, keepdims=True)
+        if (size > 0).all():
+            plain = self.matrix / size
+            square = np.swapaxes(plain, -1, -2) @ plain
+            if np.abs(square - np.eye(3)).max(initial=0.0) < 1e-9 and (np.linalg.det(plain) > 0).all():
+                return quat_continuous(matrix_to_quat(plain))
+        return nearest_rotation(self.matrix)
+
+
+def nearest_rotation(matrices: Array) -> Array:
+    """Quaternions (N, 4) of matrices (N, 3, 3) without scale and shear; a mirrored frame gets its x axis turned back."""
+    u, _, v = np.linalg.svd(matrices)
+    nearest = u @ v
+    nearest[np.linalg.det(nearest) < 0, :, 0] *= -1
+    return quat_continuous(matrix_to_quat(nearest))
+
+
+def world_transform(local: Local, parent: World | None, parent_local: Local | None, inherit: int) -> World:
+    """Place a model on its parent.
+
+    inherit : 0 scales after the parent's rotation and before its own (RrSs), 1 as matrices multiply (RSrs), 2 leaves the
+        parent's own scale out (Rrs)
+    """
+    turn = quat_to_matrix(local.rotation)
+    if parent is None or parent_local is None:
+        return World(local.translation, turn * local.scale[:, None, :], local.rotation)
+    position = parent.position + np.einsum("nij,nj->ni", parent.matrix, local.translation)
+    whole = quat_multiply(parent.turn, local.rotation)
+    if inherit == 1:
+        return World(position, parent.matrix @ (turn * local.scale[:, None, :]), whole)
+    base = quat_to_matrix(parent.turn)
+    stretch = np.swapaxes(base, -1, -2) @ parent.matrix
+    if inherit == 2:
+        stretch = stretch / np.where(parent_local.scale == 0, 1.0, parent_local.scale)[:, None, :]
+    return World(position, base @ turn @ stretch * local.scale[:, None, :], whole)
