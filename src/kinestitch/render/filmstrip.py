@@ -1,0 +1,286 @@
+"""The filmstrip: posed figures over time, one row a motion, as in a paper's figure."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinestitch.core.atomic import replacing
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array
+from kinestitch.errors import ParameterError, RangeError, UnsupportedFormatError
+from kinestitch.render.mannequin import anchor, body_height, hull, joint_positions, mannequin, outline, with_tips
+from kinestitch.render.view import View, facing, view_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".png", ".svg", ".pdf")
+COLOURS = {"left": "#2f6fa7", "right": "#d9822b", "torso": "#5b6168"}
+PASTED = ("#8e5aa8", "#3f8f6b", "#b0446c")
+"""Left is blue and right is orange for every kind of colour vision; pasted segments are marked in these colours in turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Frames [start, stop) of a row that came from elsewhere, with the words to set under them."""
+
+    start: int
+    stop: int
+    label: str = ""
+    colour: str = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Row:
+    motion: Motion
+    frames: Array
+    paper: Array
+    ground: Array
+    height: float
+    label: str
+    marks: tuple[int, ...]
+    segments: tuple[Stretch, ...]
+
+
+def filmstrip(motions: Motion | Sequence[Motion], path: str | os.PathLike[str], **options: Any) -> None:
+    """Write the filmstrip of one motion or several to a PNG, SVG or PDF file; options as in :func:`filmstrip_figure`.
+
+    Raises UnsupportedFormatError for another suffix, OutputError where the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise UnsupportedFormatError(
+            f"Expected a picture that ends in {', '.join(SUFFIXES)}, got {suffix or 'no suffix'!r}. ({path})"
+        )
+    figure = filmstrip_figure(motions, **options)
+    with replacing(path) as stream:
+        stream.write(_rendered(figure, suffix[1:]))
+
+
+def _rendered(figure: Figure, kind: str) -> bytes:
+    """The picture as bytes, the same every time: text stays text in SVG, and no date is written."""
+    from matplotlib import rc_context
+
+    memory = io.BytesIO()
+    dates = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "kinestitch", "pdf.fonttype": 42}):
+        figure.savefig(memory, format=kind, metadata=dates[kind], facecolor="white")
+    return memory.getvalue()
+
+
+def filmstrip_figure(
+    motions: Motion | Sequence[Motion],
+    *,
+    poses: int | Sequence[int] = 9,
+    labels: Sequence[str] | None = None,
+    marks: Sequence[Sequence[int]] | None = None,
+    segments: Sequence[Sequence[tuple[Any, ...] | Stretch]] | None = None,
+    view: str | float = "three-quarter",
+    travel: bool = False,
+    title: str | None = None,
+    width: float = 10.0,
+    dpi: int = 160,
+) -> Figure:
+    """Draw posed figures from left to right with their frames beneath: left limbs blue, right limbs orange.
+
+    motions : one row each, of any skeleton; all rows share one scale, counted in body heights
+    poses : how many poses, evenly spaced from the first frame to the last, or the frames themselves
+    labels : one a row; without them, the motions' names
+    marks : frames a row where a dashed line shall stand (seams)
+    segments : ``(start, stop[, label[, colour]])`` a row, half-open frames: where a stitched result shows another clip
+    view : ``front``, ``side``, ``three-quarter``, ``back``, or the camera's azimuth in degrees (0 front, 90 side)
+    travel : place the figures where they really stand along the strip; otherwise the root is taken back to each pose's place
+    width : inches; the height follows
+
+    Raises ParameterError (no motion, poses < 1, unknown view, lists of another length than the rows) and RangeError (a pose,
+    mark or segment outside its motion).
+    """
+    from matplotlib.figure import Figure
+
+    rows = [motions] if isinstance(motions, Motion) else list(motions)
+    if not rows:
+        raise ParameterError("Expected at least one motion, got none.")
+    for what, given in (("labels", labels), ("marks", marks), ("segments", segments)):
+        if given is not None and len(given) != len(rows):
+            raise ParameterError(f"Expected {what} for {len(rows)} rows, got {len(given)}.")
+    drawn = [
+        _row(
+            motion,
+            poses,
+            view,
+            motion.name if labels is None else labels[i],
+            () if marks is None else marks[i],
+            () if segments is None else segments[i],
+        )
+        for i, motion in enumerate(rows)
+    ]
+    layout = _layout(drawn, travel)
+    top = 0.42 if title else 0.12
+    unit = (width - 0.5) / layout.width
+    heights = [layout.height * unit + (0.62 if row.segments else 0.42) for row in drawn]
+    figure = Figure(figsize=(width, sum(heights) + top), dpi=dpi)
+    if title:
+        figure.text(0.25 / width, 1 - 0.14 / (sum(heights) + top), title, va="top", fontsize=12, fontweight="bold")
+    base = sum(heights)
+    for row, height in zip(drawn, heights, strict=True):
+        base -= height
+        total = sum(heights) + top
+        axes = figure.add_axes((0, base / total, 1, height / total))
+        _draw_row(axes, row, layout, unit, (width, height))
+    return figure
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """The strip in body heights: its width and height, and half a pose's room at either end."""
+
+    width: float
+    height: float
+    margin: float
+    travel: bool
+
+
+def _row(
+    motion: Motion,
+    poses: int | Sequence[int],
+    view: str | float,
+    label: str,
+    marks: Sequence[int],
+    segments: Sequence[tuple[Any, ...] | Stretch],
+) -> _Row:
+    frames = _pose_frames(motion, poses)
+    stretches = tuple(s if isinstance(s, Stretch) else Stretch(*s) for s in segments)
+    for frame in (*marks, *(s.start for s in stretches), *(s.stop for s in stretches)):
+        if not 0 <= frame <= motion.frames:
+            raise RangeError(f"Expected a frame in [0, {motion.frames}], got {frame}. ({label or motion.name})")
+    skeleton = with_tips(motion.skeleton)
+    hung = skeleton.chain(anchor(skeleton))
+    positions = joint_positions(motion)
+    positions[:, hung] = positions[:, hung[-1:]]  # a dummy root above the hips has no place in the picture
+    camera: View = view_of(facing(skeleton, positions), view)
+    ground = positions[frames].copy()
+    ground[..., 1] = min(0.0, float(positions[..., 1].min()))
+    height = body_height(positions)
+    paper, floor = camera.project(positions[frames]) / height, camera.project(ground) / height
+    return _Row(motion, frames, paper, floor, height, label, tuple(marks), stretches)
+
+
+def _pose_frames(motion: Motion, poses: int | Sequence[int]) -> Array:
+    if isinstance(poses, int):
+        if poses < 1:
+            raise ParameterError(f"Expected at least one pose, got {poses}.")
+        count = min(poses, motion.frames)
+        return np.unique(np.rint(np.linspace(0, motion.frames - 1, count)).astype(int))
+    frames = np.array(sorted(set(poses)), dtype=int)
+    if frames.size == 0:
+        raise ParameterError("Expected at least one pose, got an empty list.")
+    for frame in frames:
+        if not 0 <= frame < motion.frames:
+            raise RangeError(f"Expected poses in [0, {motion.frames}), got {frame}. ({motion.name})")
+    return frames
+
+
+def _layout(rows: list[_Row], travel: bool) -> _Layout:
+    half = max(float(np.abs(row.paper[..., 0] - row.paper[:, :1, 0]).max()) for row in rows) + 0.06
+    half = float(np.clip(half, 0.2, 1.2))
+    height = max(float(np.ptp(_levelled(row)[..., 1])) for row in rows) + 0.16
+    if travel:
+        span = max(float(np.ptp(row.paper[:, 0, 0])) for row in rows)
+    else:
+        span = max(len(row.frames) - 1 for row in rows) * float(np.clip(1.75 * half, 0.42, 1.5))
+    return _Layout(max(span + 2 * half, 1.2), max(height, 0.5), half, travel)
+
+
+def _levelled(row: _Row) -> Array:
+    """Paper coordinates (P, J, 3) with the ground under each pose's root at height zero."""
+    level = row.paper.copy()
+    level[..., 1] -= row.ground[:, :1, 1]
+    return level
+
+
+def _places(row: _Row, layout: _Layout) -> Array:
+    """Where along the strip each pose's root stands (P,), in body heights."""
+    if layout.travel:
+        across = row.paper[:, 0, 0]
+        return layout.margin + across - across.min()
+    if len(row.frames) == 1:
+        return np.array([layout.width / 2])
+    return np.linspace(layout.margin, layout.width - layout.margin, len(row.frames))
+
+
+def _draw_row(axes: Axes, row: _Row, layout: _Layout, unit: float, size: tuple[float, float]) -> None:
+    width, height = size
+    below = 0.42 if row.segments else 0.24
+    axes.set_xlim(-0.25 / unit, (width - 0.25) / unit)
+    axes.set_ylim(-below / unit - 0.05, (height - below) / unit - 0.05)
+    axes.set_axis_off()
+    axes.set_gid(f"row {row.label}")
+    places = _places(row, layout)
+    edge = (0.0, layout.width)
+    axes.plot(edge, (0, 0), color="#b9bec4", linewidth=0.8, zorder=0)
+    _draw_marks(axes, row, places, layout, unit)
+    parts = mannequin(with_tips(row.motion.skeleton))
+    for frame, place, pose, floor in zip(row.frames, places, _levelled(row), row.ground, strict=True):
+        here = pose - np.array([pose[0, 0] - place, 0, 0])
+        shadow = floor[..., :2] - floor[0, :2] + np.array([place, 0])
+        _draw_shadow(axes, shadow)
+        _draw_pose(axes, here, parts, frame)
+        axes.text(place, -0.06 / unit - 0.035, str(frame), ha="center", va="top", fontsize=7.5, color="#4a4f55")
+    axes.text(
+        0, (height - below) / unit - 0.07, row.label, ha="left", va="top", fontsize=9.5, fontweight="bold", color="#222"
+    )
+
+
+def _draw_marks(axes: Axes, row: _Row, places: Array, layout: _Layout, unit: float) -> None:
+    def at(frame: int) -> float:
+        if len(row.frames) == 1:
+            return float(places[0])
+        return float(np.interp(frame, row.frames, places))
+
+    top = layout.height - 0.1
+    for number, stretch in enumerate(row.segments):
+        colour = stretch.colour or PASTED[number % len(PASTED)]
+        left, right = at(stretch.start), at(stretch.stop)
+        axes.fill_between((left, right), -0.035, top, color=colour, alpha=0.13, linewidth=0, zorder=-2)
+        axes.plot((left, right), (-0.035, -0.035), color=colour, linewidth=2.2, solid_capstyle="butt", zorder=1)
+        if stretch.label:
+            middle = (left + right) / 2
+            axes.text(middle, -0.24 / unit - 0.035, stretch.label, ha="center", va="top", fontsize=7.5, color=colour)
+    for frame in row.marks:
+        axes.plot((at(frame),) * 2, (-0.035, top), color="#8c2d5b", linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+
+
+def _draw_shadow(axes: Axes, points: Array) -> None:
+    from matplotlib.patches import Polygon
+
+    flat = hull(points)
+    if len(flat) > 2 and np.ptp(flat[:, 1]) > 1e-6:
+        axes.add_patch(Polygon(flat, closed=True, facecolor="#e9ebee", edgecolor="none", zorder=-1))
+
+
+def _draw_pose(axes: Axes, pose: Array, parts: Sequence[Any], frame: int) -> None:
+    """One figure as one collection, far parts first; the far ones are paler."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgb
+
+    # A neck lies behind both what it carries and what carries it, whatever the view.
+    back = [0.1 * (part.side == "torso" and len(part.joints) == 2 and part.radii[0] > 0) for part in parts]
+    depth = np.array([pose[list(part.joints), 2].mean() for part in parts]) - back
+    order = np.argsort(depth, kind="stable")
+    spread = max(float(np.abs(depth - np.median(depth)).max()), 1e-9)
+    colours = []
+    for index in order:
+        far = np.clip((np.median(depth) - depth[index]) / max(spread, 0.1), 0, 1)
+        colours.append(np.array(to_rgb(COLOURS[parts[index].side])) * (1 - 0.35 * far) + 0.35 * far)
+    shapes = [outline(parts[index], pose, 1.0) for index in order]
+    figure = PolyCollection(shapes, facecolors=colours, edgecolors="white", linewidths=0.5, zorder=3)
+    figure.set_gid(f"pose {frame}")
+    axes.add_collection(figure, autolim=False)
