@@ -1,0 +1,47 @@
+"""What the user wants: timelines of clip ranges, the edits that change them, their documents and their history."""
+
+from kinestitch.edit.document import Document, load_document, save_document
+from kinestitch.edit.history import History, commit, preview, redo, undo
+from kinestitch.edit.operations import (
+    add_clip,
+    append,
+    delete,
+    insert,
+    move,
+    replace,
+    set_seam,
+    split,
+    trim,
+)
+from kinestitch.edit.script import Edit, apply_edits, parse_range, parse_source
+from kinestitch.edit.timeline import DEFAULT_SMOOTHING, ClipInfo, FrameRange, Seam, Segment, Timeline
+
+__all__ = [
+    "DEFAULT_SMOOTHING",
+    "ClipInfo",
+    "Document",
+    "Edit",
+    "FrameRange",
+    "History",
+    "Seam",
+    "Segment",
+    "Timeline",
+    "add_clip",
+    "append",
+    "apply_edits",
+    "commit",
+    "delete",
+    "insert",
+    "load_document",
+    "move",
+    "parse_range",
+    "parse_source",
+    "preview",
+    "redo",
+    "replace",
+    "save_document",
+    "set_seam",
+    "split",
+    "trim",
+    "undo",
+]

@@ -1,6 +1,6 @@
 """What the user wants: which frames of which clips follow each other, and how smoothly they meet.
 
-A timeline holds no motion data, only keys, frame numbers and settings, so it is cheap to copy, compare and keep for undo.
+A timeline holds no motion data, only keys, frame numbers and settings: it is cheap to copy, compare and keep for undo.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ class ClipInfo:
 class Seam:
     """How smoothly two segments meet: a stiffness λ ≥ 0, or a smoothing time τ ≥ 0 in seconds; neither is the default.
 
-    λ is the published number and depends on the frame rate; τ means the same at every rate: λ = (τ · fps)⁴. Larger values
-    spread the difference over more frames. Raises ParameterError for both, for negative values, NaN and infinity.
+    λ is the published number and depends on the frame rate; τ means the same at every rate: λ = (τ · fps)⁴. Larger
+    values spread the difference over more frames. Raises ParameterError for both, for negative values, NaN, infinity.
 
     >>> Seam().lambda_at(30.0), Seam(smoothing=0.2).lambda_at(30.0), Seam(stiffness=100).lambda_at(30.0)
     (81.0, 1296.0, 100.0)
