@@ -52,12 +52,14 @@ def _assert_below(gap: np.ndarray, bound: float, unit: str, motion: Motion) -> N
 
 
 def quaternions(kind: str = "any") -> SearchStrategy[np.ndarray]:
-    """Strategy of unit quaternions (4,): ``uniform``, ``near_identity``, ``near_pi``, ``exact`` (identity or π), ``any``."""
+    """Strategy of unit quaternions (4,): ``uniform``, ``near_identity``, ``near_pi``, ``exact`` (identity or π),
+    ``any``.
+    """
     from hypothesis import strategies as st
 
     from kinestitch.core.rotation import quat_normalize, rotvec_to_quat
 
-    unit = st.integers(0, 2**32 - 1).map(lambda seed: np.random.default_rng(seed))
+    unit = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
     def axis_angle(rng: np.random.Generator, angle: float) -> np.ndarray:
         axis = rng.normal(size=3)
@@ -79,7 +81,9 @@ def motions(*, joints: int = 4, frames: int = 40, fps: float = 30.0, bend: float
     """
     from hypothesis import strategies as st
 
-    return st.integers(0, 2**32 - 1).map(lambda seed: random_motion(seed, joints=joints, frames=frames, fps=fps, bend=bend))
+    return st.integers(0, 2**32 - 1).map(
+        lambda seed: random_motion(seed, joints=joints, frames=frames, fps=fps, bend=bend)
+    )
 
 
 def random_motion(
@@ -95,10 +99,10 @@ def random_motion(
     rest = quat_normalize(rig.normal(size=(joints, 4)))
     skeleton = Skeleton(tuple(f"Joint{j}" for j in range(joints)), parents, offsets, rest)
     time = np.arange(frames)[:, None, None] / fps
-    waves = sum(
-        rng.normal(size=(1, joints, 3)) * np.sin(2 * np.pi * rng.uniform(0.2, 1.5) * time + rng.uniform(0, 6.28, (1, joints, 3)))
-        for _ in range(3)
-    )
+    waves = np.zeros((frames, joints, 3))
+    for _ in range(3):
+        phase = 2 * np.pi * rng.uniform(0.2, 1.5) * time + rng.uniform(0, 6.28, (1, joints, 3))
+        waves += rng.normal(size=(1, joints, 3)) * np.sin(phase)
     base = quat_normalize(rng.normal(size=(joints, 4)) * min(bend, 1.0) + np.array([0, 0, 0, 1.0]))
     rotations = quat_normalize(quat_multiply(quat_multiply(rest, base), rotvec_to_quat(bend * waves / 2)))
     translations = np.broadcast_to(offsets, (frames, joints, 3)).copy()

@@ -80,7 +80,8 @@ def with_joint_axes(motion: Motion, axes: ArrayLike) -> Motion:
 
     axes : (J, 4) world_from_joint rotations that the rest pose shall have (identity: axes parallel to the world's)
 
-    World positions stay; every joint's frame turns by a constant. BVH files need it, whose rest rotations are the identity.
+    World positions stay; every joint's frame turns by a constant. BVH files need it, whose rest rotations are the
+    identity.
     """
     skeleton = motion.skeleton
     axes = np.broadcast_to(np.asarray(axes, dtype=np.float64), (skeleton.joint_count, 4))
@@ -102,13 +103,16 @@ def two_bone_ik(hip: ArrayLike, knee: ArrayLike, ankle: ArrayLike, target: Array
 
     hip, knee, ankle, target : (..., 3) m, world
 
-    Returns (..., 4) and (..., 4), to be multiplied from the left onto the world rotations of the upper and the lower bone. A target
+    Returns (..., 4) and (..., 4), to be multiplied from the left onto the world rotations of the upper and the lower
+    bone. A target
     out of reach is approached with a straight limb (99.99 % of full length), one too near with the tightest bend.
     """
     hip, knee, ankle, target = (np.asarray(p, dtype=np.float64) for p in (hip, knee, ankle, target))
     upper = np.linalg.norm(knee - hip, axis=-1)
     lower = np.linalg.norm(ankle - knee, axis=-1)
-    reach = np.clip(np.linalg.norm(target - hip, axis=-1), np.abs(upper - lower) * 1.0001 + 1e-9, (upper + lower) * 0.9999)
+    reach = np.clip(
+        np.linalg.norm(target - hip, axis=-1), np.abs(upper - lower) * 1.0001 + 1e-9, (upper + lower) * 0.9999
+    )
     length = np.linalg.norm(ankle - hip, axis=-1)
 
     def angle(opposite: Array, a: Array, b: Array) -> Array:
@@ -133,7 +137,9 @@ def two_bone_ik(hip: ArrayLike, knee: ArrayLike, ankle: ArrayLike, target: Array
 
 
 def heading(skeleton: Skeleton) -> float:
-    """Yaw in rad about +Y by which the rest pose's facing direction differs from +Z; 0 where left and right are unnamed."""
+    """Yaw in rad about +Y by which the rest pose's facing direction differs from +Z; 0 where left and right are
+    unnamed.
+    """
     from kinestitch.core.mirror import lateral_axis
 
     lateral = lateral_axis(skeleton)
@@ -141,7 +147,9 @@ def heading(skeleton: Skeleton) -> float:
 
 
 def turn_about_up(motion: Motion, yaw: float, shift: ArrayLike = (0.0, 0.0, 0.0)) -> Motion:
-    """The whole motion turned by `yaw` rad about the world's Y axis through the origin, then moved by `shift` (3,) m."""
+    """The whole motion turned by `yaw` rad about the world's Y axis through the origin, then moved by `shift` (3,)
+    m.
+    """
     q = quat_about_axis(1, yaw)
     translations = motion.translations.copy()
     rotations = motion.rotations.copy()

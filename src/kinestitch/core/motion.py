@@ -48,10 +48,10 @@ class Motion:
         self._check_values()
 
     def _check_values(self) -> None:
-        square = np.einsum("fji,fji->fj", self.rotations, self.rotations)
-        off = ~(np.abs(square - 1.0) < 1e-6)
-        if off.any():
-            frame, joint = np.argwhere(off)[0]
+        x, y, z, w = (self.rotations[..., i] for i in range(4))
+        square = x * x + y * y + z * z + w * w
+        if not (square.min() > 1 - 1e-6 and square.max() < 1 + 1e-6):
+            frame, joint = np.argwhere(~(np.abs(square - 1.0) < 1e-6))[0]
             raise InvalidMotionError(
                 f"Expected unit quaternions, got norm² {square[frame, joint]:.6g} "
                 f"at frame {frame}, joint {self.skeleton.names[joint]!r}."

@@ -28,7 +28,9 @@ def resampled_frames(frames: int, fps: float, new_fps: float) -> int:
 
 
 def resampled_bound(bound: int, frames: int, fps: float, new_fps: float) -> int:
-    """Where the range bound `bound` of a clip lies at `new_fps`: the nearest frame (halves go up), inside the new clip."""
+    """Where the range bound `bound` of a clip lies at `new_fps`: the nearest frame (halves go up), inside the new
+    clip.
+    """
     if same_rate(fps, new_fps):
         return bound
     return min(math.floor(bound * new_fps / fps + 0.5), resampled_frames(frames, fps, new_fps))

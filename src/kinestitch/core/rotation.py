@@ -1,7 +1,9 @@
 """Rotations in space: quaternions, matrices, rotation vectors and Euler angles, with any batch axes.
 
-Quaternions are ``(x, y, z, w)``, unit norm, active, right-handed; ``q`` and ``-q`` are the same rotation. Angles are radians.
-`a_to_b` converts a representation. Two logarithms exist and the difference matters: :func:`quat_to_rotvec` is the principal
+Quaternions are ``(x, y, z, w)``, unit norm, active, right-handed; ``q`` and ``-q`` are the same rotation. Angles are
+radians.
+`a_to_b` converts a representation. Two logarithms exist and the difference matters: :func:`quat_to_rotvec` is the
+principal
 one (angle in [0, π]), :func:`quat_log` keeps the sign of ``w`` (angle in [0, 2π)), which is what makes a path of
 hemisphere-continuous quaternions a continuous path of vectors.
 """
@@ -11,12 +13,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinestitch.core.components import exp, join, log, multiply, split
 from kinestitch.errors import ParameterError
 
 Array = NDArray[np.float64]
 
 EULER_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
-_SMALL = 1e-4  # below this half-angle the series is exact to double precision
 
 
 def quat_identity(shape: tuple[int, ...] = ()) -> Array:
@@ -42,16 +44,7 @@ def quat_conjugate(q: ArrayLike) -> Array:
 
 def quat_multiply(p: ArrayLike, q: ArrayLike) -> Array:
     """Hamilton product ``p q`` of ``(..., 4)`` and ``(..., 4)``: rotate by `q` first, then by `p`."""
-    p = np.asarray(p, dtype=np.float64)
-    q = np.asarray(q, dtype=np.float64)
-    px, py, pz, pw = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
-    qx, qy, qz, qw = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    out = np.empty((*np.broadcast_shapes(px.shape, qx.shape), 4))
-    out[..., 0] = pw * qx + px * qw + py * qz - pz * qy
-    out[..., 1] = pw * qy - px * qz + py * qw + pz * qx
-    out[..., 2] = pw * qz + px * qy - py * qx + pz * qw
-    out[..., 3] = pw * qw - px * qx - py * qy - pz * qz
-    return out
+    return join(multiply(split(np.asarray(p, dtype=np.float64)), split(np.asarray(q, dtype=np.float64))))
 
 
 def quat_rotate(q: ArrayLike, v: ArrayLike) -> Array:
@@ -103,18 +96,7 @@ def matrix_to_quat(m: ArrayLike) -> Array:
 
 def quat_log(q: ArrayLike) -> Array:
     """Rotation vectors (..., 3) with angle ``2 atan2(‖v‖, w)`` in [0, 2π]: the sign of `w` is kept (Eq. 2)."""
-    q = np.asarray(q, dtype=np.float64)
-    w = q[..., 3]
-    sine = np.sqrt(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2)
-    near = (sine < _SMALL) & (w > 0)
-    safe = np.where(sine > 0, sine, 1.0)
-    ratio = (sine / np.where(w != 0, w, 1.0)) ** 2
-    scale = np.where(near, 2.0 / np.where(w != 0, w, 1.0) * (1 - ratio / 3 + ratio**2 / 5), 2.0 * np.arctan2(sine, w) / safe)
-    r = scale[..., None] * q[..., :3]
-    full_turn = (sine == 0) & (w < 0)
-    if np.any(full_turn):
-        r[full_turn] = [2 * np.pi, 0.0, 0.0]
-    return r
+    return join(log(split(np.asarray(q, dtype=np.float64))))
 
 
 def quat_to_rotvec(q: ArrayLike) -> Array:
@@ -125,15 +107,7 @@ def quat_to_rotvec(q: ArrayLike) -> Array:
 
 def rotvec_to_quat(r: ArrayLike) -> Array:
     """Unit quaternions (..., 4) of rotation vectors (..., 3) of any length; ``w = cos(θ/2)`` keeps its sign (Eq. 1)."""
-    r = np.asarray(r, dtype=np.float64)
-    half = 0.5 * np.sqrt(r[..., 0] ** 2 + r[..., 1] ** 2 + r[..., 2] ** 2)
-    square = half * half
-    near = half < _SMALL
-    scale = np.where(near, 0.5 * (1 - square / 6 + square**2 / 120), 0.5 * np.sin(half) / np.where(near, 1.0, half))
-    q = np.empty((*r.shape[:-1], 4))
-    q[..., :3] = scale[..., None] * r
-    q[..., 3] = np.cos(half)
-    return q
+    return join(exp(split(np.asarray(r, dtype=np.float64))))
 
 
 def matrix_to_rotvec(m: ArrayLike) -> Array:
@@ -216,7 +190,9 @@ def quat_slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
 
 
 def quat_continuous(q: ArrayLike) -> Array:
-    """Flip signs along axis 0 of (F, ..., 4) so that neighbours lie in one hemisphere; the first frame keeps its sign."""
+    """Flip signs along axis 0 of (F, ..., 4) so that neighbours lie in one hemisphere; the first frame keeps its
+    sign.
+    """
     q = np.asarray(q, dtype=np.float64)
     flips = np.where(np.einsum("...i,...i->...", q[1:], q[:-1]) < 0, -1.0, 1.0)
     out = q.copy()
@@ -225,7 +201,9 @@ def quat_continuous(q: ArrayLike) -> Array:
 
 
 def quat_mean(q: ArrayLike, weights: ArrayLike | None = None) -> Array:
-    """Mean rotation of (N, ..., 4) over axis 0, blind to signs: the top eigenvector of ``Σ w q qᵀ``, ``w ≥ 0`` component."""
+    """Mean rotation of (N, ..., 4) over axis 0, blind to signs: the top eigenvector of ``Σ w q qᵀ``, ``w ≥ 0``
+    component.
+    """
     q = np.asarray(q, dtype=np.float64)
     scaled = q if weights is None else q * np.asarray(weights, dtype=np.float64).reshape(-1, *([1] * (q.ndim - 1)))
     vectors = np.linalg.eigh(np.einsum("n...i,n...j->...ij", scaled, q))[1][..., -1]
@@ -242,7 +220,9 @@ def quat_between(u: ArrayLike, v: ArrayLike) -> Array:
     xyz = np.cross(u, v)
     opposite = w <= 1e-12 * lengths
     if np.any(opposite):
-        helper = np.where(np.abs(u[..., :1]) < 0.9 * np.linalg.norm(u, axis=-1, keepdims=True), [1.0, 0, 0], [0, 1.0, 0])
+        helper = np.where(
+            np.abs(u[..., :1]) < 0.9 * np.linalg.norm(u, axis=-1, keepdims=True), [1.0, 0, 0], [0, 1.0, 0]
+        )
         xyz = np.where(opposite[..., None], np.cross(u, helper), xyz)
         w = np.where(opposite, 0.0, w)
     return quat_normalize(np.concatenate([xyz, w[..., None]], axis=-1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -41,8 +41,8 @@ class Skeleton:
     names: tuple[str, ...]
     parents: tuple[int, ...]
     offsets: Array
-    rest: Array = field(default=None)  # type: ignore[assignment]
-    tips: Array = field(default=None)  # type: ignore[assignment]
+    rest: Array = None  # type: ignore[assignment]
+    tips: Array = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         count = len(self.names)
@@ -64,7 +64,14 @@ class Skeleton:
         for joint, parent in enumerate(self.parents):
             if not (parent == -1 if joint == 0 else 0 <= parent < joint):
                 raise InvalidMotionError(
-                    f"Expected parent of joint {joint} ({self.names[joint]!r}) in [0, {joint}) (-1 for joint 0), got {parent}."
+                    f"Expected parent of joint {joint} ({self.names[joint]!r}) in [0, {joint}) (-1 for
+                    joint
+                    0),
+                   
+                    got
+                   
+                   
+                    {parent}."
                 )
         for label, array, width in (("offsets", self.offsets, 3), ("rest", self.rest, 4), ("tips", self.tips, 3)):
             if array.shape != (count, width):

@@ -1,0 +1,1 @@
+"""How the wish becomes motion: seams placed, charts chosen, one small banded solve per seam."""

@@ -1,0 +1,227 @@
+"""The one place where rotations become vectors and back: the two charts, and where a limb may spin.
+
+A chart turns the quaternions of a window into vectors r that the seam solve can add a correction c to. ``principal``
+is the
+published one: each frame on its own, angle in [0, π], relative to the rest pose. ``centred`` (the default) measures
+from the mean
+of the poses that meet at the seams, follows each segment continuously, and so neither depends on the rest pose nor
+flips (§ Charts
+in docs/method.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from kinestitch.core.components import exp, join, log, multiply, split
+from kinestitch.core.rotation import (
+    Array,
+    quat_conjugate,
+    quat_log,
+    quat_mean,
+    quat_multiply,
+    quat_normalize,
+    rotvec_to_quat,
+)
+from kinestitch.errors import ParameterError
+from kinestitch.solve.seam import Cluster, seam_curves, visible_reach
+
+Chart = Literal["centred", "principal"]
+CHARTS: tuple[Chart, ...] = ("centred", "principal")
+
+OVERTURN = 1.5 * np.pi
+"""A joint whose corrected vector grows beyond this within reach of its seams is solved in the mid-tangent form
+instead.
+"""
+
+
+_BLOCK = 8192
+"""Quaternions worked on at a time: temporaries then stay in the processor's cache, which halves the time of a long
+window.
+"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Charted:
+    """How a window's rotations become vectors, ``q = sign · base · exp(r)``, and where both sources' vectors stand
+    at its seams.
+
+    base : (J, 4); sign : (n, J), or None where all are +1
+    principal : each frame takes the sign that makes w ≥ 0 instead
+    straddling : (3, S, 4, J) rad, component first, per seam the vectors of a(m−1), a(m), b(m−1), b(m)
+    """
+
+    base: Array
+    sign: Array | None
+    straddling: Array
+    principal: bool = False
+
+    @property
+    def offsets(self) -> Array:
+        """Rows d_{m−1}, d_m = b − a of each seam: (3, 2S, J) rad, component first."""
+        gaps = self.straddling[:, :, 2:] - self.straddling[:, :, :2]
+        return gaps.reshape(3, -1, gaps.shape[-1])
+
+
+def check_chart(chart: str) -> None:
+    """Raise ParameterError unless `chart` is one of ``CHARTS``."""
+    if chart not in CHARTS:
+        raise ParameterError(f"Expected a chart out of {', '.join(CHARTS)}, got {chart!r}.")
+
+
+def principal_chart(straddling: Array, rest: Array) -> Charted:
+    """The published chart: principal vectors of ``rest⁻¹ q``, every frame on its own (Eq. 1).
+
+    straddling : (S, 4, J, 4) per seam a(m−1), a(m), b(m−1), b(m); rest : (J, 4)
+    """
+    vectors, _ = chart_vectors(split(rest), split(straddling), None, principal=True)
+    return Charted(rest, None, vectors, principal=True)
+
+
+def centred_chart(rotations: Array, straddling: Array, local_frames: Sequence[int]) -> Charted:
+    """Vectors from the mean of the poses that meet at the seams, continuous along each segment (Eq. 11).
+
+    rotations : (n, J, 4) of the window, segments side by side; straddling : (S, 4, J, 4) per seam a(m−1), a(m),
+    b(m−1), b(m)
+    local_frames : each seam's frame m counted from the window's start
+
+    Each segment takes the sign that makes the sum of w over its own seam frames ≥ 0, each for itself: chaining the
+    sign from
+    segment to segment makes hips spin.
+    """
+    base = quat_mean(straddling.reshape(-1, *straddling.shape[2:]))
+    sign = _continuous_signs(rotations)
+    edges = [0, *local_frames, len(rotations)]
+    around = quat_multiply(quat_conjugate(base), straddling)
+    flips = np.ones(around.shape[:3])
+    for seam, m in enumerate(local_frames):
+        flips[seam, 0], flips[seam, 3] = sign[m - 1], sign[m]
+        flips[seam, 1] = sign[m - 1] * _agree(straddling[seam, 1], rotations[m - 1])
+        flips[seam, 2] = sign[m] * _agree(straddling[seam, 2], rotations[m])
+    weight = around[..., 3] * flips
+    for piece in range(len(edges) - 1):
+        total = np.zeros(rotations.shape[1])
+        if piece > 0:
+            total += weight[piece - 1, 2:].sum(axis=0)
+        if piece < len(local_frames):
+            total += weight[piece, :2].sum(axis=0)
+        turn = total < 0
+        if turn.any():
+            sign[edges[piece] : edges[piece + 1], turn] *= -1.0
+            if piece > 0:
+                flips[piece - 1, 2:, turn] *= -1.0
+            if piece < len(local_frames):
+                flips[piece, :2, turn] *= -1.0
+    vectors, _ = chart_vectors(split(base), split(straddling), flips)
+    return Charted(base, sign if (sign < 0).any() else None, vectors)
+
+
+def _agree(p: Array, q: Array) -> Array:
+    return np.where(np.einsum("ji,ji->j", p, q) < 0, -1.0, 1.0)
+
+
+def _continuous_signs(rotations: Array) -> Array:
+    """Signs (n, J) that make neighbouring frames lie in one hemisphere, +1 at the first frame."""
+    sign = np.ones(rotations.shape[:2])
+    apart = np.einsum("fji,fji->fj", rotations[1:], rotations[:-1]) < 0
+    if apart.any():
+        sign[1:] = np.cumprod(np.where(apart, -1.0, 1.0), axis=0)
+    return sign
+
+
+def chart_vectors(
+    base: Array, rotations: Array, sign: Array | None, *, principal: bool = False
+) -> tuple[Array, Array | None]:
+    """Vectors (3, ...) rad and signs (...) of rotations: ``sign · base⁻¹ q = exp(r)`` (Eq. 11); all component first.
+
+    base, rotations : (4, ...) that broadcast; sign : (...) or None for +1; principal : take the sign that makes w ≥ 0
+    """
+    x, y, z, w = base
+    parts = multiply((-x, -y, -z, w), rotations)
+    if principal:
+        sign = np.where(parts[3] < 0, -1.0, 1.0)
+    return np.stack(log(parts if sign is None else [sign * part for part in parts])), sign
+
+
+def unchart(base: Array, vectors: Array, sign: Array | None) -> tuple[Array, ...]:
+    """Back to quaternions, component first: ``sign · base · exp(r)``, so that an unchanged vector gives the very one
+    it came from.
+    """
+    parts = multiply(base, exp(vectors))
+    return parts if sign is None else tuple(sign * part for part in parts)
+
+
+def corrected(vectors: Array, offsets: Array, cluster: Cluster) -> Array:
+    """The solve proper: curves, their product with the offsets, and the sum with the target's vectors: (3, n, J) rad
+    (Eq. 7).
+
+    vectors : (3, n, J) rad of the target; offsets : (3, 2S, J) rad
+    """
+    return np.add(vectors, seam_curves(cluster) @ offsets)
+
+
+def solve_rotations(charted: Charted, cluster: Cluster, rotations: Array, straddling: Array) -> Array:
+    """The rotations (n, J, 4) of a cluster's window with all its seams solved (Eq. 5, 7)."""
+    curves, offsets = seam_curves(cluster), charted.offsets
+    frames, joints = rotations.shape[:2]
+    solved = np.empty(rotations.shape)
+    overturned = np.zeros(joints, dtype=bool)
+    near = _near_seams(cluster)
+    step = min(frames, max(1, _BLOCK // joints))
+    base = np.repeat(charted.base.T[:, None], step, axis=1).reshape(4, -1)
+    for start in range(0, frames, step):
+        rows = slice(start, min(start + step, frames))
+        here = base[:, : (rows.stop - start) * joints]
+        sign = None if charted.sign is None else charted.sign[rows].reshape(-1)
+        vectors, sign = chart_vectors(here, split(rotations[rows].reshape(-1, 4)), sign, principal=charted.principal)
+        vectors += (curves[rows] @ offsets).reshape(3, -1)
+        join(unchart(here, vectors, sign), out=solved[rows].reshape(-1, 4))
+        if near[rows].any() and not charted.principal:
+            square = (vectors**2).sum(axis=0).reshape(-1, joints)[near[rows]]
+            overturned |= (square > OVERTURN**2).any(axis=0)
+    if overturned.any():
+        solved[:, overturned] = mid_tangent(rotations[:, overturned], straddling[:, :, overturned], cluster)
+    return solved
+
+
+def _near_seams(cluster: Cluster) -> np.ndarray:
+    near = np.zeros(cluster.frames, dtype=bool)
+    for seam, m in zip(cluster.seams, cluster.local_frames, strict=True):
+        reach = visible_reach(seam.stiffness)
+        near[max(0, m - reach) : m + reach] = True
+    return near
+
+
+def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster) -> Array:
+    """The form for joints that turn almost all the way round: corrections live in the tangent at the middle of each
+    gap (Eq. 13).
+
+    With d̄ the log of the mean relative rotation and H = exp(d̄/2), the left side becomes ``a exp(d̄/2) exp(c −
+    d̄/2)``, the right
+    side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.
+
+    rotations : (n, J, 4); straddling : (S, 4, J, 4). Returns (n, J, 4).
+    """
+    means, gaps = [], []
+    for before, after, own_before, first in straddling:
+        relative = quat_multiply(quat_conjugate(np.stack([before, after])), np.stack([own_before, first]))
+        relative[1] *= _agree(relative[0], relative[1])[:, None]
+        relative *= np.where(relative[..., 3].sum(axis=0) < 0, -1.0, 1.0)[:, None]
+        mean = quat_log(quat_normalize(relative.sum(axis=0)))
+        back = rotvec_to_quat(-mean / 2)
+        means.append(mean)
+        gaps.append(mean + quat_log(quat_multiply(quat_multiply(back, relative), back)))
+    offsets = np.stack(gaps).reshape(2 * len(means), -1)
+    curves = seam_curves(cluster)
+    out = rotations
+    for seam, m in enumerate(cluster.local_frames):
+        change = (curves[:, 2 * seam : 2 * seam + 2] @ offsets[2 * seam : 2 * seam + 2]).reshape(
+            *rotations.shape[:2], 3
+        )
+        half = np.where(np.arange(cluster.frames)[:, None, None] < m, 0.5, -0.5) * means[seam]
+        out = quat_multiply(quat_multiply(out, rotvec_to_quat(half)), rotvec_to_quat(change - half))
+    return np.asarray(out)

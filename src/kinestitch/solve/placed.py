@@ -1,0 +1,184 @@
+"""A timeline made ready to solve: its clips on one rig and at one rate, and every segment placed on the ground.
+
+Nothing here is as long as the result: a placed timeline answers for any window of frames, so that the cost of an
+edit does not
+depend on the length of the clip.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinestitch.core.motion import Motion
+from kinestitch.core.resample import resample
+from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply
+from kinestitch.core.skeleton import Skeleton
+from kinestitch.edit.timeline import Timeline
+from kinestitch.errors import MissingClipError, RangeError
+from kinestitch.rig.match import match_motion
+from kinestitch.solve.root import Placement, carrier_joint, continue_placement, with_world_carrier
+from kinestitch.solve.seam import SeamPlace
+
+_AROUND = (-1, 0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Straddling:
+    """Both sources around a seam at m, placed: the left source's own frames and the right source's own.
+
+    rotations : (4, J, 4) of a(m−1), a(m), b(m−1), b(m); translations : (4, J, 3) m of the same
+    left_path, right_path : (4, 3) m, the carrier's positions at each source's own frames m−2, m−1, m, m+1
+    """
+
+    rotations: Array
+    translations: Array
+    left_path: Array
+    right_path: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """A timeline with its sources on one skeleton and at one rate; made by :func:`place_timeline` only.
+
+    sources : per clip key a motion whose `carrier` joint is told in the world
+    placements : (S,) one per segment; seams : the places where something has to be solved
+    """
+
+    timeline: Timeline
+    skeleton: Skeleton
+    carrier: int
+    sources: Mapping[str, Motion]
+    placements: tuple[Placement, ...]
+    seams: tuple[SeamPlace, ...]
+    starts: tuple[int, ...]
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the result."""
+        return self.starts[-1]
+
+
+def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
+    """Match rigs, resample, and give each segment the yaw and ground shift by which it continues its predecessor
+    (Eq. 14).
+
+    Raises MissingClipError, RangeError (a clip shorter than the timeline says), SkeletonMismatchError.
+    """
+    used = dict.fromkeys(segment.clip for segment in timeline.segments)
+    for key in used:
+        if key not in clips:
+            known = ", ".join(map(repr, clips)) or "none"
+            raise MissingClipError(f"Expected a motion for clip {key!r}, got {known}. Pass it in `clips`.")
+        info, found = timeline.clip(key), clips[key].frames
+        if info.frames != found:
+            raise RangeError(f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {found}.")
+    original = clips[timeline.segments[0].clip if timeline.clips[0].key not in used else timeline.clips[0].key]
+    carrier = carrier_joint(original)
+    sources = {
+        key: with_world_carrier(resample(match_motion(clips[key], original.skeleton), timeline.fps), carrier)
+        for key in used
+    }
+    starts = timeline.starts
+    placed = Placed(timeline, original.skeleton, carrier, sources, (Placement(),), _places(timeline, starts), starts)
+    placements = [Placement()]
+    for seam in range(len(timeline.segments) - 1):
+        if _continuous(timeline, seam):
+            placements.append(placements[-1])
+        else:
+            around = _own_frames(placed, seam)
+            placements.append(continue_placement(original.skeleton, carrier, placements[-1], around))
+    return replace(placed, placements=tuple(placements))
+
+
+def _continuous(timeline: Timeline, seam: int) -> bool:
+    """Whether the segments around a seam are adjacent frames of one clip, so that nothing has to be solved."""
+    left, right = timeline.segments[seam], timeline.segments[seam + 1]
+    return left.clip == right.clip and left.range.stop == right.range.start
+
+
+def _places(timeline: Timeline, starts: tuple[int, ...]) -> tuple[SeamPlace, ...]:
+    return tuple(
+        SeamPlace(index, starts[index + 1], seam.lambda_at(timeline.fps))
+        for index, seam in enumerate(timeline.seams)
+        if not _continuous(timeline, index)
+    )
+
+
+def _extended(values: Array, frame: int, *, rotation: bool) -> Array:
+    """A clip's frame, or the one beyond its ends at constant velocity (on the group, for rotations)."""
+    last = len(values) - 1
+    if 0 <= frame <= last:
+        return values[frame]
+    edge, inner = (0, min(1, last)) if frame < 0 else (last, max(last - 1, 0))
+    steps = -frame if frame < 0 else frame - last
+    out = values[edge]
+    for _ in range(steps):
+        if rotation:
+            out, inner_value = (
+                quat_multiply(quat_multiply(out, quat_conjugate(values[inner])), values[edge]),
+                values[edge],
+            )
+            if steps > 1:
+                values, edge, inner = np.stack([inner_value, out]), 1, 0
+        else:
+            out = out + (values[edge] - values[inner])
+    return np.asarray(out)
+
+
+def _own_frames(placed: Placed, seam: int) -> tuple[Array, Array]:
+    """Unplaced rotations (4, J, 4) and translations (4, J, 3) of a(m−1), a(m), b(m−1), b(m) at a seam of the
+    timeline.
+    """
+    left, right = placed.timeline.segments[seam], placed.timeline.segments[seam + 1]
+    a, b = placed.sources[left.clip], placed.sources[right.clip]
+    frames = [(a, left.range.stop + k) for k in _AROUND] + [(b, right.range.start + k) for k in _AROUND]
+    rotations = np.stack([_extended(clip.rotations, frame, rotation=True) for clip, frame in frames])
+    translations = np.stack([_extended(clip.translations, frame, rotation=False) for clip, frame in frames])
+    return rotations, translations
+
+
+def straddling(placed: Placed, place: SeamPlace) -> Straddling:
+    """Both sources around a seam, as the result sees them."""
+    seam = place.index
+    rotations, translations = _own_frames(placed, seam)
+    left, right = placed.timeline.segments[seam], placed.timeline.segments[seam + 1]
+    before, after = placed.placements[seam], placed.placements[seam + 1]
+    joint = placed.carrier
+    for rows, placement in ((slice(0, 2), before), (slice(2, 4), after)):
+        rotations[rows, joint] = quat_multiply(placement.rotation, rotations[rows, joint])
+        translations[rows, joint] = placement.move(translations[rows, joint])
+    a = placed.sources[left.clip].translations[:, joint]
+    b = placed.sources[right.clip].translations[:, joint]
+    own = range(-2, 2)
+    left_path = np.stack([_extended(a, left.range.stop + k, rotation=False) for k in own])
+    right_path = np.stack([_extended(b, right.range.start + k, rotation=False) for k in own])
+    return Straddling(rotations, translations, before.move(left_path), after.move(right_path))
+
+
+def target_window(placed: Placed, start: int, stop: int) -> tuple[Array, Array]:
+    """Rotations (n, J, 4) and translations (n, J, 3) of the hard cut on frames [start, stop), placed, carrier in the
+    world.
+    """
+    joints = placed.skeleton.joint_count
+    rotations = np.empty((stop - start, joints, 4))
+    translations = np.empty((stop - start, joints, 3))
+    index = bisect_right(placed.starts, start) - 1
+    while index < len(placed.placements) and placed.starts[index] < stop:
+        first = max(start, placed.starts[index])
+        last = min(stop, placed.starts[index + 1])
+        segment, placement = placed.timeline.segments[index], placed.placements[index]
+        source = placed.sources[segment.clip]
+        shift = segment.range.start - placed.starts[index]
+        here, there = slice(first - start, last - start), slice(first + shift, last + shift)
+        rotations[here] = source.rotations[there]
+        translations[here] = source.translations[there]
+        if placement != Placement():
+            joint = placed.carrier
+            rotations[here, joint] = quat_multiply(placement.rotation, rotations[here, joint])
+            translations[here, joint] = placement.move(translations[here, joint])
+        index += 1
+    return rotations, translations

@@ -1,0 +1,174 @@
+"""Where the body goes: each segment is turned and moved so that it continues the one before it, and its path is joined.
+
+Placement gives every segment one yaw and one ground shift (Eq. 14). The ground path is then solved on its
+displacements, which
+live on the intervals between frames, in the world's axes; the correction sums to zero, so that away from the seam
+the path is
+exactly the rigidly placed one (Eq. 15). No heading is ever extracted from one pose: every heading function is
+singular somewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array, quat_about_axis, quat_conjugate, quat_multiply, quat_rotate
+from kinestitch.core.skeleton import Skeleton
+from kinestitch.rig.hips import hips_joint, leg_roots
+
+GROUND = (0, 2)
+_STILL = 1e-4  # m and rad; what moves less is a static dummy above the hips
+_FLAT = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A rigid move on the ground: turn by `yaw` rad about the world's Y axis, then shift by (x, z) m."""
+
+    yaw: float = 0.0
+    x: float = 0.0
+    z: float = 0.0
+
+    @property
+    def rotation(self) -> Array:
+        """The yaw as a quaternion (4,)."""
+        return quat_about_axis(1, self.yaw)
+
+    def rotate(self, vectors: Array) -> Array:
+        """Vectors (..., 3) turned by the yaw."""
+        cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
+        out = np.array(vectors, dtype=np.float64)
+        out[..., 0] = cosine * vectors[..., 0] + sine * vectors[..., 2]
+        out[..., 2] = cosine * vectors[..., 2] - sine * vectors[..., 0]
+        return out
+
+    def move(self, points: Array) -> Array:
+        """Points (..., 3) m turned and shifted."""
+        out = self.rotate(points)
+        out[..., 0] += self.x
+        out[..., 2] += self.z
+        return out
+
+
+def carrier_joint(motion: Motion) -> int:
+    """The joint that carries the travel: the first one from the root down to the hips that moves against its parent."""
+    chain = motion.skeleton.chain(hips_joint(motion.skeleton))
+    for joint in chain:
+        steps = np.ptp(motion.translations[:, joint], axis=0).max()
+        first = motion.rotations[0, joint]
+        turned = 1.0 - np.abs(motion.rotations[:, joint] @ first).min()
+        if steps > _STILL or turned > _STILL**2:
+            return joint
+    return chain[-1]
+
+
+def with_world_carrier(motion: Motion, carrier: int) -> Motion:
+    """The motion with its carrier told in the world, and the joints above it at rest in their first pose.
+
+    The carrier's local numbers become world position and rotation: what stands above it (a dummy, an armature) is
+    folded in,
+    together with any travel of its own. A motion whose carrier is the root comes back as it is.
+    """
+    own = carrier_joint(motion)
+    if own > carrier and own in motion.skeleton.chain(hips_joint(motion.skeleton)):
+        motion = _lift_travel(motion, carrier, own)
+    if carrier == 0:
+        return motion
+    position, rotation = _world(motion, carrier)
+    translations = motion.translations.copy()
+    rotations = motion.rotations.copy()
+    above = motion.skeleton.chain(carrier)[:-1]
+    for joint in above:
+        translations[:, joint] = motion.translations[0, joint]
+        rotations[:, joint] = motion.rotations[0, joint]
+    translations[:, carrier] = position
+    rotations[:, carrier] = rotation
+    return replace(motion, translations=translations, rotations=rotations)
+
+
+def _world(motion: Motion, joint: int) -> tuple[Array, Array]:
+    position = np.zeros((motion.frames, 3))
+    rotation = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (motion.frames, 4))
+    for above in motion.skeleton.chain(joint):
+        position = position + quat_rotate(rotation, motion.translations[:, above])
+        rotation = quat_multiply(rotation, motion.rotations[:, above])
+    return position, rotation
+
+
+def _lift_travel(motion: Motion, carrier: int, own: int) -> Motion:
+    """Give the ground travel of a lower joint to the carrier above it; nothing moves in the world."""
+    path, _ = _world(motion, own)
+    travel = path - path[0]
+    travel[:, 1] = 0.0
+    above, frame = _world(motion, carrier)
+    parent = motion.skeleton.parents[carrier]
+    parent_frame = _world(motion, parent)[1] if parent >= 0 else quat_about_axis(1, np.zeros(motion.frames))
+    translations = motion.translations.copy()
+    translations[:, carrier] += quat_rotate(quat_conjugate(parent_frame), travel)
+    below = motion.skeleton.chain(own)[len(motion.skeleton.chain(carrier))]
+    translations[:, below] -= quat_rotate(quat_conjugate(frame), travel)
+    return replace(motion, translations=translations)
+
+
+def world_rotation(skeleton: Skeleton, carrier: int, joint: int, rotations: Array) -> Array:
+    """World rotation (..., 4) of a joint below the carrier, from rotations (..., J, 4) whose carrier is told in the
+    world.
+    """
+    chain = skeleton.chain(joint)
+    out = rotations[..., carrier, :]
+    for below in chain[chain.index(carrier) + 1 :] if carrier in chain else ():
+        out = quat_multiply(out, rotations[..., below, :])
+    return out
+
+
+def seam_yaw(skeleton: Skeleton, left: Array, right: Array) -> float:
+    """Yaw in rad that turns the right side's poses onto the left's (Eq. 14).
+
+    left, right : (2, 4) world rotations of the hips at frames m−1 and m
+
+    It is the yaw nearest to the mean of ``a b⁻¹``; for bodies upside down to each other, the difference of their hip
+    lines.
+    """
+    relative = quat_multiply(left, quat_conjugate(right))
+    if relative[0] @ relative[1] < 0:
+        relative[1] *= -1.0
+    mean = relative.sum(axis=0)
+    mean /= max(float(np.linalg.norm(mean)), 1e-12)
+    if np.hypot(mean[1], mean[3]) >= _FLAT:
+        return float(2 * np.arctan2(mean[1], mean[3]))
+    legs = leg_roots(skeleton)
+    if legs is None:
+        return 0.0
+    line = skeleton.offsets[legs[0]] - skeleton.offsets[legs[1]]
+    a, b = quat_rotate(left, line).sum(axis=0), quat_rotate(right, line).sum(axis=0)
+    return float(np.arctan2(-a[2], a[0]) - np.arctan2(-b[2], b[0]))
+
+
+def continue_placement(skeleton: Skeleton, carrier: int, left: Placement, around: tuple[Array, Array]) -> Placement:
+    """The placement of the segment right of a seam, given that of the segment left of it (Eq. 14).
+
+    around : unplaced rotations (4, J, 4) and translations (4, J, 3) of a(m−1), a(m), b(m−1), b(m), carrier in the world
+    """
+    rotations, translations = around
+    hips = hips_joint(skeleton)
+    joint = hips if carrier in skeleton.chain(hips) else carrier
+    world = world_rotation(skeleton, carrier, joint, rotations)
+    yaw = left.yaw + seam_yaw(skeleton, world[:2], world[2:])
+    a = left.move(translations[:2, carrier])
+    b = Placement(yaw).rotate(translations[2:, carrier])
+    shift = (a - b).mean(axis=0)
+    return Placement(yaw, float(shift[0]), float(shift[2]))
+
+
+def displacement_residuals(left: Array, right: Array) -> Array:
+    """The three residual rows m−2, m−1, m of a seam's ground displacements: (3, 2) m (Eq. 15).
+
+    left, right : (4, 3) m, placed positions of both sources' own frames m−2, m−1, m, m+1
+
+    The seam's interval takes the mean of both sources' displacements and, for δ, the mean of both second differences.
+    """
+    gap = np.diff(left, axis=0)[:, GROUND] - np.diff(right, axis=0)[:, GROUND]
+    return np.stack([gap[1] / 2, (gap[2] - gap[0]) / 2, -gap[1] / 2])

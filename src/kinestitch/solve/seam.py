@@ -1,0 +1,176 @@
+"""Seams in closed form: where they act, the two scalar curves each one needs, and what it costs.
+
+A seam at m sits between frames m−1 and m. With offsets d_k = b(k) − a(k), the residual e = δ_tar − L R_tar is zero
+but for two
+rows, e_{m−1} = −d_m and e_m = +d_{m−1} (Eq. 6), so the correction of every joint and channel is
+
+    c(t) = g₀(t) · d_{m−1} + g₁(t) · d_m                                                             (Eq. 7)
+
+with the same two curves for all of them. The curves die away as exp(−t / (√2 λ^¼)), so only a window around the seam
+moves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinestitch.core.rotation import Array
+from kinestitch.solve.laplacian import normal_bands, solve_bands
+
+
+def seam_reach(stiffness: float) -> int:
+    """Frames on each side beyond which less than 1e-12 of the peak correction is left: ``⌈40 λ^¼⌉ + 8`` (Eq. 8)."""
+    return math.ceil(40 * stiffness**0.25) + 8
+
+
+def visible_reach(stiffness: float) -> int:
+    """Frames after which a position gap has fallen below 5 % of its peak: about ``4.2 λ^¼`` (Eq. 9)."""
+    return max(1, math.ceil(4.2 * stiffness**0.25))
+
+
+@dataclass(frozen=True, slots=True)
+class SeamPlace:
+    """A seam on the result's frames: number `index` of the timeline, before frame `frame`, with its λ."""
+
+    index: int
+    frame: int
+    stiffness: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """Seams whose windows overlap, solved together on the frames [start, stop) of the result."""
+
+    start: int
+    stop: int
+    seams: tuple[SeamPlace, ...]
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the window."""
+        return self.stop - self.start
+
+    @property
+    def local_frames(self) -> tuple[int, ...]:
+        """Each seam's frame counted from the window's start."""
+        return tuple(seam.frame - self.start for seam in self.seams)
+
+
+def clusters(places: Sequence[SeamPlace], frames: int) -> tuple[Cluster, ...]:
+    """Group seams whose windows [m − reach, m + reach) overlap; windows end where the result of `frames` frames
+    ends.
+    """
+    spans = []
+    for place in places:
+        if place.stiffness > 0:
+            reach = seam_reach(place.stiffness)
+            spans.append((max(0, place.frame - reach), min(frames, place.frame + reach), place))
+    spans.sort(key=lambda span: span[:2])
+    groups: list[tuple[int, int, list[SeamPlace]]] = []
+    for start, stop, place in spans:
+        if groups and start < groups[-1][1]:
+            last = groups[-1]
+            groups[-1] = (last[0], max(last[1], stop), [*last[2], place])
+        else:
+            groups.append((start, stop, [place]))
+    return tuple(Cluster(a, b, tuple(sorted(found, key=lambda p: p.frame))) for a, b, found in groups)
+
+
+def cluster_rows(cluster: Cluster, *, intervals: bool = False) -> Array:
+    """Λ for each row of a cluster's window, zero at its ends: every row takes the λ of the seam it lies nearest to,
+    in reaches.
+
+    intervals : rows stand for the intervals between frames (one fewer) rather than for frames
+    """
+    count = cluster.frames - (1 if intervals else 0)
+    values = {seam.stiffness for seam in cluster.seams}
+    rows = np.full(count, max(values))
+    if len(values) > 1:
+        row = np.arange(count) + cluster.start
+        shift = 1.0 if intervals else 0.5
+        nearest = np.full(count, np.inf)
+        for seam in sorted(cluster.seams, key=lambda s: s.stiffness):
+            distance = np.abs(row - (seam.frame - shift)) / seam_reach(seam.stiffness)
+            takes = distance <= nearest
+            rows[takes] = seam.stiffness
+            nearest = np.where(takes, distance, nearest)
+    if count:
+        rows[0] = rows[-1] = 0.0
+    return rows
+
+
+def row_curves(rows: Array, places: Sequence[int]) -> Array:
+    """Response of the correction to a unit residual in each of the named rows: ``(I + LᵀΛL)⁻¹ LᵀΛ`` columns (n, K).
+
+    rows : (n,) Λ of the window, zero at its ends; a place whose row does not exist yields a zero column
+    """
+    count = len(rows)
+    rhs = np.zeros((count, len(places)), order="F")
+    for column, place in enumerate(places):
+        if 0 < place < count - 1:
+            rhs[place - 1 : place + 2, column] = rows[place] * np.array([1.0, -2.0, 1.0])
+    return solve_bands(normal_bands(rows), rhs)
+
+
+def seam_curves(cluster: Cluster) -> Array:
+    """The curves g₀, g₁ of every seam of a cluster, side by side: (n, 2S), to be multiplied by rows d_{m−1}, d_m
+    (Eq. 7).
+    """
+    places = [place for m in cluster.local_frames for place in (m, m - 1)]
+    curves = row_curves(cluster_rows(cluster), places)
+    curves[:, 1::2] *= -1.0
+    return curves
+
+
+def displacement_curves(cluster: Cluster) -> Array:
+    """For each seam the responses to residuals in the interval rows m−2, m−1, m, as corrections of position: (n, 3S)
+    (Eq. 12).
+
+    Solved on the n−1 intervals between frames and summed up, so that the last frame of the window is where it was.
+    """
+    places = [place for m in cluster.local_frames for place in (m - 2, m - 1, m)]
+    curves = row_curves(cluster_rows(cluster, intervals=True), places)
+    position = np.zeros((cluster.frames, curves.shape[1]))
+    np.cumsum(curves, axis=0, out=position[1:])
+    return position
+
+
+def correction(cluster: Cluster, offsets: Array) -> Array:
+    """The correction (n, C) of a cluster's window from its seams' offsets (2S, C): rows d_{m−1}, d_m of each seam
+    (Eq. 7).
+    """
+    return seam_curves(cluster) @ offsets
+
+
+def seam_kernel(rows: Array, place: int) -> Array:
+    """The 2×2 block of ``Λ − ΛL (I + LᵀΛL)⁻¹ LᵀΛ`` at rows m−1 and m, i.e. of ``λ (I + λLLᵀ)⁻¹`` (Eq. 10).
+
+    rows : (n,) Λ of a window, zero at its ends; place : the seam's frame m counted from the window's start
+    """
+    pair = [place - 1, place]
+    curves = row_curves(rows, pair)
+    kernel = np.zeros((2, 2))
+    for i, row in enumerate(pair):
+        if 0 < row < len(rows) - 1:
+            kernel[i] = -rows[row] * (curves[row - 1] - 2 * curves[row] + curves[row + 1])
+            kernel[i, i] += rows[row]
+    return kernel
+
+
+def seam_energy(place: SeamPlace, frames: int, offsets: Array) -> float:
+    """The least energy E* of one seam alone: ``Σ_channels sᵀ K s`` with ``s = (−d_m, d_{m−1})``, λ included (Eq. 10).
+
+    offsets : (2, C) rad or m, rows d_{m−1} and d_m; frames : of the whole result, whose ends lack rows
+
+    It is what the solve would leave of ``‖c‖² + λ ‖L R − δ‖²`` if this were the only seam, known before solving.
+    """
+    if place.stiffness == 0:
+        return 0.0
+    (alone,) = clusters([place], frames)
+    kernel = seam_kernel(cluster_rows(alone), place.frame - alone.start)
+    s = np.stack([-offsets[1], offsets[0]])
+    return float(np.einsum("ic,ij,jc->", s, kernel, s))

@@ -1,0 +1,229 @@
+"""The solve: every seam's window re-solved, everything else left as it was.
+
+    minimise  ‖R − R_tar‖² + λ ‖L R − δ_tar‖²                                                       (Eq. 4)
+
+R_tar is the hard cut, δ_tar the second differences of each source among its own neighbours, R the rotation vectors
+of all joints
+in a chart; the ground path is solved on its displacements, height and other translations as positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from kinestitch.core.motion import Motion
+from kinestitch.core.components import join, split
+from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_rotate, rotvec_to_quat
+from kinestitch.edit.timeline import Timeline
+from kinestitch.errors import ParameterError
+from kinestitch.solve.chart import (
+    Chart,
+    Charted,
+    centred_chart,
+    check_chart,
+    corrected,
+    principal_chart,
+    solve_rotations,
+)
+from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
+from kinestitch.solve.root import GROUND, displacement_residuals
+from kinestitch.solve.seam import Cluster, SeamPlace, clusters, correction, displacement_curves
+
+Method = Literal["laplacian", "cut"]
+METHODS: tuple[Method, ...] = ("laplacian", "cut")
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A stitched timeline; made by :func:`solve_timeline` only.
+
+    motion : the result; cut : the hard cut with the root placed; placed : the timeline as it was solved
+    seams : where something was solved, with each seam's frame and λ; chart, method : the choices made
+    """
+
+    motion: Motion
+    cut: Motion
+    placed: Placed
+    seams: tuple[SeamPlace, ...]
+    chart: Chart
+    method: Method
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolvedWindow:
+    """The frames [start, stop) of a result that a cluster of seams changes, carrier told in the world.
+
+    rotations : (n, J, 4); translations : (n, J, 3) m
+    """
+
+    start: int
+    stop: int
+    rotations: Array
+    translations: Array
+
+
+def stitch(
+    timeline: Timeline, clips: Mapping[str, Motion], *, chart: Chart = "centred", method: Method = "laplacian"
+) -> Motion:
+    """The timeline as one motion whose seams are solved.
+
+    clips : a motion for every key the timeline uses; chart : ``centred`` or ``principal`` (as published)
+    method : ``laplacian``, or ``cut`` for the hard cut with the root placed
+
+    Frames further than a seam's window (Eq. 8) from every seam are exactly those of their sources, rigidly placed.
+
+    Raises MissingClipError, SkeletonMismatchError, RangeError, ParameterError.
+    """
+    _check(chart, method)
+    placed = place_timeline(timeline, clips)
+    rotations, translations = target_window(placed, 0, placed.frames)
+    if method == "laplacian":
+        _solve_into(placed, rotations, translations, chart)
+    return _as_motion(placed, rotations, translations)
+
+
+def solve_timeline(
+    timeline: Timeline, clips: Mapping[str, Motion], *, chart: Chart = "centred", method: Method = "laplacian"
+) -> Solved:
+    """Like :func:`stitch`, with the hard cut and the seams beside the result, for those who measure."""
+    _check(chart, method)
+    placed = place_timeline(timeline, clips)
+    rotations, translations = target_window(placed, 0, placed.frames)
+    cut = _as_motion(placed, rotations.copy(), translations.copy())
+    if method == "cut":
+        return Solved(cut, cut, placed, placed.seams, chart, method)
+    _solve_into(placed, rotations, translations, chart)
+    return Solved(_as_motion(placed, rotations, translations), cut, placed, placed.seams, chart, method)
+
+
+def solve_seam(placed: Placed, index: int, *, chart: Chart = "centred") -> SolvedWindow:
+    """Only the window around seam `index` of the timeline, at a cost that does not depend on the length of the clip.
+
+    Raises ParameterError if the timeline has no such seam or nothing to solve there.
+    """
+    check_chart(chart)
+    for cluster in clusters(placed.seams, placed.frames):
+        if any(seam.index == index for seam in cluster.seams):
+            return _solve_cluster(placed, cluster, target_window(placed, cluster.start, cluster.stop), chart)
+    raise ParameterError(
+        f"Expected a seam between segments that has something to solve (0 to {len(placed.timeline.seams)
+        -
+        1}),
+       
+        got
+       
+       
+        {index}."
+    )
+
+
+def _check(chart: str, method: str) -> None:
+    check_chart(chart)
+    if method not in METHODS:
+        raise ParameterError(f"Expected a method out of {', '.join(METHODS)}, got {method!r}.")
+
+
+def _solve_into(placed: Placed, rotations: Array, translations: Array, chart: Chart) -> None:
+    for cluster in clusters(placed.seams, placed.frames):
+        here = slice(cluster.start, cluster.stop)
+        window = _solve_cluster(placed, cluster, (rotations[here], translations[here]), chart)
+        rotations[here] = window.rotations
+        translations[here] = window.translations
+
+
+def _solve_cluster(placed: Placed, cluster: Cluster, target: tuple[Array, Array], chart: Chart) -> SolvedWindow:
+    rotations, translations = target
+    around = [straddling(placed, seam) for seam in cluster.seams]
+    poses = np.stack([seam.rotations for seam in around])
+    charted = chart_window(placed.skeleton.rest, placed, cluster, rotations, poses, chart)
+    solved = solve_rotations(charted, cluster, rotations, poses)
+    return SolvedWindow(cluster.start, cluster.stop, solved, _solve_translations(placed, cluster, translations, around))
+
+
+def chart_window(
+    rest: Array, placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart
+) -> Charted:
+    """A cluster's window as vectors. rotations : (n, J, 4); poses : (S, 4, J, 4) straddling the seams; carrier in
+    the world.
+    """
+    if chart == "centred":
+        return centred_chart(rotations, poses, cluster.local_frames)
+    rest = rest.copy()
+    rest[placed.carrier] = quat_multiply(_frame_above(placed)[1], rest[placed.carrier])
+    return principal_chart(poses, rest)
+
+
+def _solve_translations(placed: Placed, cluster: Cluster, target: Array, around: Sequence[Straddling]) -> Array:
+    gaps = np.stack([seam.translations[2:] - seam.translations[:2] for seam in around])
+    gaps[..., placed.carrier, GROUND] = 0.0
+    out = target.copy()
+    if np.any(gaps):
+        joints = np.flatnonzero(np.any(gaps, axis=(0, 1, 3)))
+        offsets = gaps[:, :, joints].reshape(2 * len(around), -1)
+        out[:, joints] += correction(cluster, offsets).reshape(len(target), len(joints), 3)
+    residuals = np.concatenate([displacement_residuals(seam.left_path, seam.right_path) for seam in around])
+    out[:, placed.carrier, GROUND] += displacement_curves(cluster) @ residuals
+    return out
+
+
+def _frame_above(placed: Placed) -> tuple[Array, Array]:
+    """World position (3,) and rotation (4,) of the frame the carrier hangs in; the same in every frame of the
+    result.
+    """
+    first = placed.sources[next(iter(placed.sources))]
+    position, rotation = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    for joint in placed.skeleton.chain(placed.carrier)[:-1]:
+        position = position + quat_rotate(rotation, first.translations[0, joint])
+        rotation = quat_multiply(rotation, first.rotations[0, joint])
+    return position, rotation
+
+
+def _as_motion(placed: Placed, rotations: Array, translations: Array) -> Motion:
+    """The result with its carrier told in its parent's frame again; the joints above it stand as in the original."""
+    carrier = placed.carrier
+    if carrier != 0:
+        position, rotation = _frame_above(placed)
+        undo = quat_conjugate(rotation)
+        translations[:, carrier] = quat_rotate(undo, translations[:, carrier] - position)
+        rotations[:, carrier] = quat_multiply(undo, rotations[:, carrier])
+        first = placed.sources[next(iter(placed.sources))]
+        for joint in placed.skeleton.chain(carrier)[:-1]:
+            translations[:, joint] = first.translations[0, joint]
+            rotations[:, joint] = first.rotations[0, joint]
+    rotations.setflags(write=False)
+    translations.setflags(write=False)
+    name = placed.timeline.segments[0].clip
+    return Motion(placed.skeleton, translations, rotations, placed.timeline.fps, name=name)
+
+
+def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], *, chart: Chart = "centred") -> Array:
+    """Join bare rotation vectors: the solver's own door, for research on the vectors themselves.
+
+    pieces : (n_i + 2, J, 3) rad each, n_i frames with the source's own neighbour at both ends
+    stiffness : λ for all seams, or one for each
+
+    Returns quaternions (Σ n_i, J, 4). In the ``principal`` chart the vectors are taken as they are, branch and all;
+    ``centred``
+    looks at the rotations they stand for, so that ``r`` and ``(2π − θ)(−u)`` give the same result (Eq. 16).
+    """
+    check_chart(chart)
+    lambdas = [float(stiffness)] * (len(pieces) - 1) if np.ndim(stiffness) == 0 else [float(s) for s in stiffness]  # type: ignore[arg-type, union-attr]
+    ends = np.cumsum([len(piece) - 2 for piece in pieces])
+    vectors = np.concatenate([piece[1:-1] for piece in pieces])
+    rotations = rotvec_to_quat(vectors)
+    places = [SeamPlace(i, int(ends[i]), value) for i, value in enumerate(lambdas)]
+    for cluster in clusters(places, len(vectors)):
+        here = slice(cluster.start, cluster.stop)
+        around = np.stack([np.stack([*pieces[seam.index][-2:], *pieces[seam.index + 1][:2]]) for seam in cluster.seams])
+        if chart == "centred":
+            poses = rotvec_to_quat(around)
+            charted = centred_chart(rotations[here], poses, cluster.local_frames)
+            rotations[here] = solve_rotations(charted, cluster, rotations[here], poses)
+        else:
+            gaps = (around[:, 2:] - around[:, :2]).reshape(-1, *vectors.shape[1:])
+            rotations[here] = rotvec_to_quat(join(corrected(split(vectors[here]), split(gaps), cluster)))
+    return rotations
