@@ -31,7 +31,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         umask = os.umask(0)
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)
-        os.replace(name, target)
+        Path(name).replace(target)
     except IsADirectoryError as error:
         Path(name).unlink(missing_ok=True)
         raise OutputError(f"Expected a file to write, got a folder. Add a file name. ({target})") from error

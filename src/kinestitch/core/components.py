@@ -80,8 +80,5 @@ def exp(r: Parts) -> tuple[Array, Array, Array, Array]:
     inverse = 1.0 / (1.0 + square)
     tiny = half < 1e-150
     tangent *= inverse
-    if tiny.any():
-        scale = np.where(tiny, 0.5, tangent / np.where(tiny, 1.0, half))
-    else:
-        scale = tangent / half
+    scale = np.where(tiny, 0.5, tangent / np.where(tiny, 1.0, half)) if tiny.any() else tangent / half
     return scale * x, scale * y, scale * z, (1.0 - square) * inverse

@@ -147,7 +147,7 @@ def euler_to_quat(angles: ArrayLike, order: str) -> Array:
     half = 0.5 * np.moveaxis(angles, -1, 0)
     (sa, sb, sc), (ca, cb, cc) = np.sin(half), np.cos(half)
     sc = sign * sc
-    q = np.empty(angles.shape[:-1] + (4,))
+    q = np.empty((*angles.shape[:-1], 4))
     q[..., i] = sa * (cb * cc) + ca * (sb * sc)
     q[..., j] = ca * (sb * cc) - sa * (cb * sc)
     q[..., k] = sign * (ca * (cb * sc) + sa * (sb * cc))

@@ -64,14 +64,8 @@ class Skeleton:
         for joint, parent in enumerate(self.parents):
             if not (parent == -1 if joint == 0 else 0 <= parent < joint):
                 raise InvalidMotionError(
-                    f"Expected parent of joint {joint} ({self.names[joint]!r}) in [0, {joint}) (-1 for
-                    joint
-                    0),
-                   
-                    got
-                   
-                   
-                    {parent}."
+                    f"Expected parent of joint {joint} ({self.names[joint]!r}) in [0, {joint}) "
+                    f"(-1 for joint 0), got {parent}."
                 )
         for label, array, width in (("offsets", self.offsets, 3), ("rest", self.rest, 4), ("tips", self.tips, 3)):
             if array.shape != (count, width):

@@ -73,7 +73,9 @@ def write(motion: Motion, path: str | os.PathLike[str], **options: Any) -> None:
     """
     entry = format_of(path)
     if not entry.writes:
-        raise UnsupportedFormatError(f"Expected a format that can be written, got {entry.name}, which is read only. ({path})")
+        raise UnsupportedFormatError(
+            f"Expected a format that can be written, got {entry.name}, which is read only. ({path})"
+        )
     try:
         _function(entry, "write")(motion, Path(path), **options)
     except TypeError as error:

@@ -103,7 +103,7 @@ def _lift_travel(motion: Motion, carrier: int, own: int) -> Motion:
     path, _ = _world(motion, own)
     travel = path - path[0]
     travel[:, 1] = 0.0
-    above, frame = _world(motion, carrier)
+    _, frame = _world(motion, carrier)
     parent = motion.skeleton.parents[carrier]
     parent_frame = _world(motion, parent)[1] if parent >= 0 else quat_about_axis(1, np.zeros(motion.frames))
     translations = motion.translations.copy()

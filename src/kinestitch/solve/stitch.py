@@ -15,8 +15,8 @@ from typing import Literal
 
 import numpy as np
 
-from kinestitch.core.motion import Motion
 from kinestitch.core.components import join, split
+from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_rotate, rotvec_to_quat
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import ParameterError
@@ -110,14 +110,8 @@ def solve_seam(placed: Placed, index: int, *, chart: Chart = "centred") -> Solve
         if any(seam.index == index for seam in cluster.seams):
             return _solve_cluster(placed, cluster, target_window(placed, cluster.start, cluster.stop), chart)
     raise ParameterError(
-        f"Expected a seam between segments that has something to solve (0 to {len(placed.timeline.seams)
-        -
-        1}),
-       
-        got
-       
-       
-        {index}."
+        "Expected a seam between segments that has something to solve "
+        f"(0 to {len(placed.timeline.seams) - 1}), got {index}."
     )
 
 
@@ -139,20 +133,18 @@ def _solve_cluster(placed: Placed, cluster: Cluster, target: tuple[Array, Array]
     rotations, translations = target
     around = [straddling(placed, seam) for seam in cluster.seams]
     poses = np.stack([seam.rotations for seam in around])
-    charted = chart_window(placed.skeleton.rest, placed, cluster, rotations, poses, chart)
+    charted = chart_window(placed, cluster, rotations, poses, chart)
     solved = solve_rotations(charted, cluster, rotations, poses)
     return SolvedWindow(cluster.start, cluster.stop, solved, _solve_translations(placed, cluster, translations, around))
 
 
-def chart_window(
-    rest: Array, placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart
-) -> Charted:
+def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart) -> Charted:
     """A cluster's window as vectors. rotations : (n, J, 4); poses : (S, 4, J, 4) straddling the seams; carrier in
     the world.
     """
     if chart == "centred":
         return centred_chart(rotations, poses, cluster.local_frames)
-    rest = rest.copy()
+    rest = placed.skeleton.rest.copy()
     rest[placed.carrier] = quat_multiply(_frame_above(placed)[1], rest[placed.carrier])
     return principal_chart(poses, rest)
 
