@@ -14,7 +14,7 @@ MAGIC = b"Kaydara FBX Binary  \x00\x1a"
 MAX_DEPTH = 100
 MAX_NODES = 20_000_000
 _SCALARS = {"B": "b", "C": "B", "Y": "h", "I": "i", "L": "q", "F": "f", "D": "d"}
-_FOOTER_ID = bytes.fromhex("fabcab09d0c8d466b17661bd8ae1f47a")
+_FOOTER_ID = bytes.fromhex("fabcab09d0c8d466b176fb831cf7267e")
 _FOOTER_MAGIC = bytes.fromhex("f85a8c6adef5d97eece90ce3758f290b")
 # key of the creation time that belongs to _FOOTER_ID; readers that check the pair find it right
 FILE_ID = bytes.fromhex("28b32aebb624ccc2bfc8b02aa92bfcf1")

@@ -67,7 +67,7 @@ def bind_matrices(scene: Scene) -> dict[Key, Array]:
 
 
 def _says_bind(node: object) -> bool:
-    child = getattr(node, "child")("Type")
+    child = node.child("Type")
     return child is not None and child.text() == "BindPose"
 
 

@@ -14,7 +14,7 @@ from kinestitch.core.rotation import Array, quat_normalize
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import FormatError, InvalidMotionError, KinestitchWarning, ParameterError
 from kinestitch.files.fbx.animation import Take, read_takes
-from kinestitch.files.fbx.binary import is_binary, parse_binary
+from kinestitch.files.fbx.binary import parse_binary
 from kinestitch.files.fbx.bones import bind_matrices, choose_joints
 from kinestitch.files.fbx.frames import frame_ticks
 from kinestitch.files.fbx.nodes import Document

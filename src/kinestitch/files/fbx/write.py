@@ -1,0 +1,165 @@
+"""From a motion to a skeleton-only FBX file."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinestitch.core.kinematics import rest_pose
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_to_matrix
+from kinestitch.core.skeleton import Skeleton
+from kinestitch.files.atomic import replacing
+from kinestitch.files.fbx import build
+from kinestitch.files.fbx.binary import serialise
+from kinestitch.files.fbx.build import node, numbers, properties, vector
+from kinestitch.files.fbx.euler import continuous_degrees
+from kinestitch.files.fbx.nodes import Document, Node
+from kinestitch.files.fbx.transform import quat_degrees
+
+_CM = 100.0
+_LINEAR = 0x4 | 0x100 | 0x2000 | 0x4000
+_THIRDS = struct.unpack("<f", struct.pack("<I", 0x0D050D05))[0]  # both tangent weights 0.3333, packed
+_TINY_CM, _TINY_DEG = 1e-5, 1e-6
+
+
+def write_fbx(motion: Motion, path: str | os.PathLike[str], *, take: str | None = None) -> None:
+    """Write a motion as a binary FBX 7.4 file that holds bones, their rest pose and one take.
+
+    take : name of the animation stack; the motion's name when left out
+
+    Centimetres, Y up, the motion's own frame rate, one key per frame. The rest pose stands as bind pose and as PreRotation, so
+    that all local rotations at zero show it. Raises OutputError if the file cannot be written.
+    """
+    data = serialise(motion_document(motion, take or motion.name or "Take 001"))
+    with replacing(path) as stream:
+        stream.write(data)
+
+
+def motion_document(motion: Motion, take: str) -> Document:
+    """The node tree of a file that holds nothing but this motion."""
+    parts = _Parts()
+    ticks = build.ticks_of(motion.frames, motion.fps)
+    bones = _add_bones(parts, motion.skeleton)
+    _add_bind_pose(parts, motion.skeleton, bones)
+    stop = int(ticks[-1])
+    _add_take(parts, motion, bones, ticks, take)
+    nodes = [
+        *build.header(),
+        build.settings(motion.fps, stop),
+        *build.documents(parts.key(), take),
+        build.definitions(parts.objects),
+        node("Objects", children=parts.objects),
+        node("Connections", children=parts.links),
+        build.takes(take, stop),
+    ]
+    return Document(build.VERSION, tuple(nodes))
+
+
+@dataclass(slots=True)
+class _Parts:
+    """Objects and connections as they are gathered."""
+
+    objects: list[Node] = field(default_factory=list)
+    links: list[Node] = field(default_factory=list)
+    last: int = 1_000_000
+
+    def key(self) -> int:
+        self.last += 1
+        return self.last
+
+    def add(self, name: str, title: str, kind: str, children: Sequence[Node]) -> int:
+        key = self.key()
+        suffix = {"AnimationStack": "AnimStack", "AnimationLayer": "AnimLayer", "AnimationCurve": "AnimCurve"}.get(
+            name, name
+        )
+        suffix = "AnimCurveNode" if name == "AnimationCurveNode" else suffix
+        self.objects.append(node(name, "LSS", key, f"{title}\x00\x01{suffix}", kind, children=children))
+        return key
+
+    def link(self, child: int, parent: int, name: str = "") -> None:
+        if name:
+            self.links.append(node("C", "SLLS", "OP", child, parent, name))
+        else:
+            self.links.append(node("C", "SLL", "OO", child, parent))
+
+
+def _add_bones(parts: _Parts, skeleton: Skeleton) -> list[int]:
+    keys: list[int] = []
+    turns = quat_degrees(skeleton.rest, 0)
+    for joint, name in enumerate(skeleton.names):
+        details = properties(
+            vector("PreRotation", turns[joint]),
+            ("RotationActive", "bool", "", "", [1]),
+            ("InheritType", "enum", "", "", [1]),
+            ("DefaultAttributeIndex", "int", "Integer", "", [0]),
+            vector("Lcl Translation", skeleton.offsets[joint] * _CM, "Lcl Translation"),
+        )
+        model = [node("Version", "I", 232), details, node("Shading", "C", ord("Y")), node("Culling", "S", "CullingOff")]
+        keys.append(parts.add("Model", name, "LimbNode", model))
+        flesh = parts.add("NodeAttribute", name, "LimbNode", [node("TypeFlags", "S", "Skeleton")])
+        parent = skeleton.parents[joint]
+        parts.link(keys[joint], keys[parent] if parent >= 0 else 0)
+        parts.link(flesh, keys[joint])
+    return keys
+
+
+def _add_bind_pose(parts: _Parts, skeleton: Skeleton, bones: list[int]) -> None:
+    positions, rotations = rest_pose(skeleton)
+    matrices = np.tile(np.eye(4), (len(bones), 1, 1))
+    matrices[:, :3, :3] = np.swapaxes(quat_to_matrix(rotations), -1, -2)  # FBX multiplies row vectors
+    matrices[:, 3, :3] = positions * _CM
+    entries = [
+        node("PoseNode", children=[node("Node", "L", key), numbers("Matrix", "d", matrix.ravel())])
+        for key, matrix in zip(bones, matrices, strict=True)
+    ]
+    head = [node("Type", "S", "BindPose"), node("Version", "I", 100), node("NbPoseNodes", "I", len(bones))]
+    parts.add("Pose", "BindPose", "BindPose", [*head, *entries])
+
+
+def _add_take(parts: _Parts, motion: Motion, bones: list[int], ticks: NDArray[np.int64], take: str) -> None:
+    stop = int(ticks[-1])
+    spans = [(name, "KTime", "Time", "", [tick]) for name, tick in (("LocalStart", 0), ("LocalStop", stop))]
+    spans += [(name, "KTime", "Time", "", [tick]) for name, tick in (("ReferenceStart", 0), ("ReferenceStop", stop))]
+    stack = parts.add("AnimationStack", take, "", [properties(*spans)])
+    layer = parts.add("AnimationLayer", "BaseLayer", "", [])
+    parts.link(layer, stack)
+    for joint, name, short, values in _channels(motion):
+        default = [(f"d|{axis}", "Number", "", "A", [float(values[0, i])]) for i, axis in enumerate("XYZ")]
+        group = parts.add("AnimationCurveNode", short, "", [properties(*default)])
+        parts.link(group, layer)
+        parts.link(group, bones[joint], name)
+        whole = joint == 0  # the root keeps every key, so that a still clip keeps its length
+        for i, axis in enumerate("XYZ"):
+            keys = values[:, i] if whole or np.ptp(values[:, i]) > 0 else values[:1, i]
+            parts.link(parts.add("AnimationCurve", "", "", _curve(ticks[: len(keys)], keys)), group, f"d|{axis}")
+
+
+def _channels(motion: Motion) -> Iterator[tuple[int, str, str, Array]]:
+    """Joint, property, short name and values (F, 3) of everything that is not at rest throughout."""
+    rest = motion.skeleton.rest
+    degrees = continuous_degrees(quat_multiply(quat_conjugate(rest), motion.rotations))
+    for joint in range(motion.skeleton.joint_count):
+        moved = motion.translations[:, joint] * _CM
+        home = motion.skeleton.offsets[joint] * _CM
+        if joint == 0 or np.abs(moved - home).max() > _TINY_CM:
+            yield joint, "Lcl Translation", "T", moved
+        if joint == 0 or np.abs(degrees[:, joint]).max() > _TINY_DEG:
+            yield joint, "Lcl Rotation", "R", degrees[:, joint]
+
+
+def _curve(ticks: NDArray[np.int64], values: Array) -> list[Node]:
+    return [
+        node("Default", "D", float(values[0])),
+        node("KeyVer", "I", 4008),
+        numbers("KeyTime", "l", ticks),
+        numbers("KeyValueFloat", "f", values),
+        numbers("KeyAttrFlags", "i", np.array([_LINEAR])),
+        numbers("KeyAttrDataFloat", "f", np.array([0.0, 0.0, _THIRDS, 0.0])),
+        numbers("KeyAttrRefCount", "i", np.array([len(values)])),
+    ]
