@@ -144,7 +144,7 @@ def euler_to_quat(angles: ArrayLike, order: str) -> Array:
     angles = np.asarray(angles, dtype=np.float64)
     i, j, k = ("XYZ".index(letter) for letter in order)
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    half = 0.5 * np.moveaxis(angles, -1, 0)
+    half = np.multiply(np.moveaxis(angles, -1, 0), 0.5, order="C")
     (sa, sb, sc), (ca, cb, cc) = np.sin(half), np.cos(half)
     sc = sign * sc
     q = np.empty((*angles.shape[:-1], 4))

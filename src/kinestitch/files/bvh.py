@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import Array
+from kinestitch.core.rotation import EULER_ORDERS, Array
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import FormatError, KinestitchWarning, ParameterError
+from kinestitch.files.atomic import replacing
 from kinestitch.files.bvh_frames import columns_of, read_frames
 from kinestitch.files.bvh_hierarchy import Node, parse_hierarchy
+from kinestitch.files.bvh_writing import hierarchy_text, in_world_axes, length_decimals, nodes_of, row_texts
 from kinestitch.files.naming import naming, unique_names
 from kinestitch.files.rates import snap_rate
 
@@ -33,13 +35,14 @@ def read_bvh(path: str | os.PathLike[str], *, unit: str | float = "auto") -> Mot
 
     unit : ``"m"``, ``"cm"``, ``"mm"``, ``"inch"``, ``"asf"``, a number of metres, or ``"auto"``
 
-    BVH names no unit. ``"auto"`` takes the largest side of the box around the rest pose, End Sites included: more than 10
-    units are centimetres, fewer are metres. One family is known by name: files made from Carnegie Mellon's ASF skeletons
-    (joints LHipJoint and LowerBack, 20 to 60 units) count in 1/0.45 inch = 0.0564444 m.
+    BVH names no unit. ``"auto"`` takes the largest side of the box around the rest pose, End Sites included: more than
+    10 units are centimetres, fewer are metres. One family is known by name: files made from Carnegie Mellon's ASF
+    skeletons (joints LHipJoint and LowerBack, 20 to 60 units) count in 1/0.45 inch = 0.0564444 m.
 
-    The rest pose has no rotations; its offsets and End Sites (``Skeleton.tips``) are the file's, but an End Site of zero
-    length says nothing and becomes NaN. Position channels, on whichever joint, stand in for the offset; any sequence of
-    rotation channels is multiplied in the file's order. The rate is 1 / frame time, taken for a common one within 0.05 %.
+    The rest pose has no rotations; its offsets and End Sites (``Skeleton.tips``) are the file's, but an End Site of
+    zero length says nothing and becomes NaN. Position channels, on whichever joint, stand in for the offset; any
+    sequence of rotation channels is multiplied in the file's order. The rate is 1 / frame time, taken for a common one
+    within 0.05 %.
 
     Rows after the declared number of frames are left out and repeated joint names get ``_2``, ``_3``, …, each with one
     counted KinestitchWarning. Raises FormatError, with the line number, for everything else: missing rows (a file cut
@@ -55,10 +58,43 @@ def read_bvh(path: str | os.PathLike[str], *, unit: str | float = "auto") -> Mot
         frames, frame_time, position = _timing(data, position)
         metres = _scale(nodes, unit)
         skeleton = _skeleton(nodes, metres)
-        translations, rotations = read_frames(data, position, frames, columns_of(nodes), skeleton.offsets, metres)
+        translations, rotations = read_frames(
+            data, position, frames, columns_of(nodes), offsets=skeleton.offsets, unit=metres
+        )
         translations.setflags(write=False)  # what nobody else can write to is not copied
         rotations.setflags(write=False)
         return Motion(skeleton, translations, rotations, snap_rate(1.0 / frame_time), Path(path).stem)
+
+
+def write_bvh(motion: Motion, path: str | os.PathLike[str], *, unit: str | float = "auto", order: str = "ZXY") -> None:
+    """Write a motion as BVH, so that :func:`read_bvh` gives it back to 1e-5° and 1e-6 m.
+
+    unit : as in :func:`read_bvh`; ``"auto"`` writes centimetres, or metres for bodies so small that reading would take
+        centimetres for something else
+    order : sequence of the rotation channels
+
+    BVH knows no rest rotations: a motion that has some is told in joint axes that are parallel to the world's in the
+    rest pose. Joints move as before; only their own frames turn by a constant. Joints other than the root get position
+    channels where their translation is not the rest offset. White space and braces in names become ``_``. Joints are
+    written, and so read back, depth first.
+
+    Raises OutputError where the file cannot be written, ParameterError for an unknown unit or order.
+    """
+    if order not in EULER_ORDERS:
+        raise ParameterError(f"Expected an Euler order out of {', '.join(EULER_ORDERS)}, got {order!r}.")
+    told = in_world_axes(motion)
+    metres = _metres(unit)
+    nodes = nodes_of(told, metres or UNITS["cm"], order)
+    if metres is None:
+        metres = UNITS["cm"]
+        if unit_of(nodes) != "cm":
+            metres = UNITS["m"]
+            nodes = nodes_of(told, metres, order)
+    with replacing(path) as stream:
+        stream.write(hierarchy_text(nodes, length_decimals(metres)).encode("utf-8", errors="replace"))
+        stream.write(f"MOTION\nFrames: {told.frames}\nFrame Time: {1.0 / told.fps:.15g}\n".encode("ascii"))
+        for text in row_texts(told, nodes, metres, order):
+            stream.write(text.encode("ascii"))
 
 
 def _hierarchy_text(data: bytes) -> tuple[str, int]:
@@ -69,7 +105,9 @@ def _hierarchy_text(data: bytes) -> tuple[str, int]:
         raise FormatError(f"Line 1: expected HIERARCHY, got {got}. Is this a BVH file?")
     match = _MOTION.search(data)
     if match is None:
-        raise FormatError("Expected a line MOTION after the hierarchy, got the end of the file. The file may be cut short.")
+        raise FormatError(
+            "Expected a line MOTION after the hierarchy, got the end of the file. The file may be cut short."
+        )
     head = data[: match.start()].removeprefix(_BYTE_ORDER_MARK)
     try:
         return head.decode("utf-8"), match.end()
@@ -111,7 +149,9 @@ def _metres(unit: str | float) -> float | None:
     """Metres of a unit; None for "auto"."""
     if isinstance(unit, str):
         if unit != "auto" and unit not in UNITS:
-            raise ParameterError(f"Expected a unit out of auto, {', '.join(UNITS)} or a number of metres, got {unit!r}.")
+            raise ParameterError(
+                f"Expected a unit out of auto, {', '.join(UNITS)} or a number of metres, got {unit!r}."
+            )
         return UNITS.get(unit)
     if not (math.isfinite(unit) and unit > 0):
         raise ParameterError(f"Expected a unit > 0 m, got {unit}.")
@@ -140,7 +180,9 @@ def unit_of(nodes: list[Node]) -> str:
 def _skeleton(nodes: list[Node], metres: float) -> Skeleton:
     names, repeated = unique_names([node.name for node in nodes])
     if repeated:
-        warnings.warn(KinestitchWarning(f"{repeated} joint name(s) used twice; a number was added to them."), stacklevel=4)
+        warnings.warn(
+            KinestitchWarning(f"{repeated} joint name(s) used twice; a number was added to them."), stacklevel=4
+        )
     tips = [(math.nan,) * 3 if node.tip is None or not any(node.tip) else node.tip for node in nodes]
     return Skeleton(
         tuple(names),

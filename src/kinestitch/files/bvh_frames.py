@@ -66,7 +66,7 @@ def _turn(angles: Array, axes: str) -> Array:
 
 
 def read_frames(
-    data: bytes, start: int, frames: int, columns: Columns, offsets: Array, unit: float
+    data: bytes, start: int, frames: int, columns: Columns, *, offsets: Array, unit: float
 ) -> tuple[Array, Array]:
     """Translations (F, J, 3) m and rotations (F, J, 4) of the rows that begin at `start` of the file's bytes.
 
@@ -86,7 +86,7 @@ def read_frames(
     done = 0
     while start < len(data) and done < frames:
         block = data[start : _block_end(data, start, columns.count)]
-        if block.count(b"\n") > frames - done:
+        if len(block) // (2 * columns.count) >= frames - done:
             block = _first_rows(block, frames - done)
         rows = _rows(block, line, columns)
         _fill(rows, columns, unit, translations[done : done + len(rows)], rotations[done : done + len(rows)])
@@ -101,7 +101,8 @@ def read_frames(
     extra = sum(1 for row in data[start:].split(b"\n") if row.strip())
     if extra:
         warnings.warn(
-            KinestitchWarning(f"{extra} row(s) after the {frames} frames that the file declares left out."), stacklevel=4
+            KinestitchWarning(f"{extra} row(s) after the {frames} frames that the file declares left out."),
+            stacklevel=4,
         )
     return translations, rotations
 
@@ -153,4 +154,4 @@ def _fill(rows: Array, columns: Columns, unit: float, translations: Array, rotat
             raise FormatError(f"Expected positions below {_LIMIT:g}, got {np.abs(moves).max():g}.")
         translations[:, joints, axes] = moves * unit
     for letters, members, turns in columns.rotations:
-        rotations[:, members] = _turn(np.radians(np.fmod(rows[:, turns], 720.0)), letters)
+        rotations[:, members] = _turn(np.radians(rows[:, turns]), letters)

@@ -111,7 +111,8 @@ def _open_joint(reader: _Reader, line: int, keyword: str, name: str) -> None:
     if keyword == "ROOT":
         if reader.nodes:
             raise FormatError(
-                f"Line {line}: expected one ROOT, got a second one, {name[:40]!r}. Save each figure as a file of its own."
+                f"Line {line}: expected one ROOT, got a second one, {name[:40]!r}. "
+                "Save each figure as a file of its own."
             )
     else:
         if not reader.open_blocks or reader.open_blocks[-1] is None:

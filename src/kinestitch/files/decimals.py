@@ -1,8 +1,8 @@
 """Decimal numbers out of text, many at once: the same doubles as Python's ``float``, several times faster.
 
-A number of at most eight digits before and eight behind the point is an integer below 2^53 over a power of ten, and IEEE
-division of the two rounds correctly. Such numbers are put together eight digits at a time, all tokens of a text in parallel;
-everything else (exponents, more digits) goes through ``float`` one by one.
+A number of at most eight digits before and eight behind the point is an integer below 2^53 over a power of ten, and
+IEEE division of the two rounds correctly. Such numbers are put together eight digits at a time, all tokens of a text in
+parallel; everything else (exponents, more digits) goes through ``float`` one by one.
 """
 
 from __future__ import annotations
@@ -79,9 +79,7 @@ def _with_odd_bytes(
     return np.searchsorted(starts, np.flatnonzero(odd), side="right") - 1
 
 
-def _digits_before(
-    windows: NDArray[np.uint64], stop: NDArray[np.intp], count: NDArray[np.intp]
-) -> NDArray[np.uint64]:
+def _digits_before(windows: NDArray[np.uint64], stop: NDArray[np.intp], count: NDArray[np.intp]) -> NDArray[np.uint64]:
     """The number that the `count` ≤ 8 digits in front of `stop` spell: pairs, then fours, then all eight at once."""
     number = windows[stop - 8]
     number &= _KEEP[count]
