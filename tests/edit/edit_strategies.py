@@ -1,0 +1,46 @@
+"""Random timelines, and what a timeline shows frame by frame: the plain list every property is checked on."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, Timeline
+
+RATES = (24.0, 29.97, 30.0, 60.0, 120.0, 1 / 0.0333333)
+
+
+def labels(timeline: Timeline) -> list[tuple[str, int]]:
+    """(clip, frame of the clip at the timeline's rate) of each frame of the result."""
+    return [(s.clip, frame) for s in timeline.segments for frame in range(s.range.start, s.range.stop)]
+
+
+def seams() -> st.SearchStrategy[Seam]:
+    size = st.floats(0, 1e6, allow_nan=False)
+    return st.one_of(
+        st.just(Seam()), size.map(lambda x: Seam(stiffness=x)), st.floats(0, 5).map(lambda x: Seam(smoothing=x))
+    )
+
+
+@st.composite
+def timelines(draw: st.DrawFn, *, most_frames: int = 40, rates: tuple[float, ...] = RATES) -> Timeline:
+    fps = draw(st.sampled_from(rates))
+    keys = draw(
+        st.lists(st.text(st.characters(exclude_categories=["Cs"]), max_size=6), min_size=1, max_size=4, unique=True)
+    )
+    size = st.integers(1, most_frames)
+    clips = tuple(ClipInfo(key, draw(size), draw(st.sampled_from(rates))) for key in keys)
+
+    def segment(info: ClipInfo) -> Segment:
+        frames = info.frames_at(fps)
+        start = draw(st.integers(0, frames - 1))
+        return Segment(info.key, FrameRange(start, draw(st.integers(start + 1, frames))))
+
+    count = draw(st.integers(1, 5))
+    segments = tuple(segment(draw(st.sampled_from(clips))) for _ in range(count))
+    return Timeline(clips, segments, tuple(draw(seams()) for _ in range(count - 1)), fps)
+
+
+def spans(timeline: Timeline) -> st.SearchStrategy[tuple[int, int]]:
+    """Non-empty ranges of its frames."""
+    bounds = st.integers(0, timeline.frames)
+    return st.tuples(bounds, bounds).filter(lambda pair: pair[0] != pair[1]).map(lambda pair: (min(pair), max(pair)))
