@@ -9,13 +9,17 @@ import numpy as np
 from kinestitch.core.rotation import Array
 from kinestitch.errors import FormatError
 from kinestitch.files.fbx.animation import Take
+from kinestitch.files.fbx.nodes import Node
 from kinestitch.files.fbx.scene import Key, Scene
+
+
+SCENE: Key = "\x00scene"  # stands for the scene itself, where several trees of joints have nothing else above them
 
 
 def choose_joints(scene: Scene, take: Take | None) -> tuple[Key, ...]:
     """Keys of the models that become joints, parents first: bones; else the animated models and their ancestors.
 
-    Several bones without a bone above them get their nearest common ancestor as root, if there is one.
+    Several bones without a bone above them get their nearest common ancestor as root, or ``SCENE`` if there is none.
     Raises FormatError where a file has neither bones nor animation.
     """
     chosen = {key for key, model in scene.models.items() if model.is_bone}
@@ -28,8 +32,9 @@ def choose_joints(scene: Scene, take: Take | None) -> tuple[Key, ...]:
     roots = [key for key in chosen if nearest_above(scene, key, chosen) is None]
     if len(roots) > 1:
         shared = set.intersection(*(set(ancestry(scene, key)) for key in roots))
-        if shared:
-            chosen.add(max(shared, key=lambda key: len(ancestry(scene, key))))
+        if not shared:
+            return (SCENE, *(key for key in scene.models if key in chosen))
+        chosen.add(max(shared, key=lambda key: len(ancestry(scene, key))))
     return tuple(key for key in scene.models if key in chosen)
 
 
@@ -43,7 +48,8 @@ def ancestry(scene: Scene, key: Key) -> list[Key]:
 
 def nearest_above(scene: Scene, key: Key, chosen: Iterable[Key]) -> Key | None:
     """The nearest ancestor of `key` among `chosen`."""
-    return next((above for above in ancestry(scene, key)[1:] if above in chosen), None)
+    above = next((above for above in ancestry(scene, key)[1:] if above in chosen), None)
+    return SCENE if above is None and key != SCENE and SCENE in chosen else above
 
 
 def bind_matrices(scene: Scene) -> dict[Key, Array]:
@@ -66,7 +72,7 @@ def bind_matrices(scene: Scene) -> dict[Key, Array]:
     return found
 
 
-def _says_bind(node: object) -> bool:
+def _says_bind(node: Node) -> bool:
     child = node.child("Type")
     return child is not None and child.text() == "BindPose"
 

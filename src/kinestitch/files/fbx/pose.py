@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from kinestitch.core.kinematics import local_from_world
-from kinestitch.core.rotation import Array, matrix_to_quat, quat_multiply, quat_rotate
+from kinestitch.core.rotation import Array, matrix_to_quat, quat_identity, quat_multiply, quat_rotate
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.files.fbx.animation import LOCAL, Take
-from kinestitch.files.fbx.bones import ancestry, nearest_above
+from kinestitch.files.fbx.bones import SCENE, ancestry, nearest_above
 from kinestitch.files.fbx.curves import Ticks
 from kinestitch.files.fbx.layers import property_values
 from kinestitch.files.fbx.scene import Key, Scene
@@ -19,7 +19,7 @@ MIRROR = np.diag([-1.0, 1.0, 1.0])
 
 def needed_models(scene: Scene, joints: tuple[Key, ...]) -> list[Key]:
     """The joints and everything above them, parents first."""
-    wanted = {above for joint in joints for above in ancestry(scene, joint)}
+    wanted = {above for joint in joints if joint != SCENE for above in ancestry(scene, joint)}
     return [key for key in scene.models if key in wanted]
 
 
@@ -33,8 +33,14 @@ def local_poses(scene: Scene, joints: tuple[Key, ...], take: Take | None, ticks:
         model = scene.models[key]
         locals_[key] = local_transform(model, *(property_values(take, model, name, ticks) for name in LOCAL))
     if all(local.rigid for local in locals_.values()):
-        return _rigid(scene, joints, locals_)
-    return _scaled(scene, joints, locals_)
+        return _rigid(scene, joints, _with_scene(joints, locals_, len(ticks)))
+    return _scaled(scene, joints, locals_, len(ticks))
+
+
+def _with_scene(joints: tuple[Key, ...], locals_: dict[Key, Local], count: int) -> dict[Key, Local]:
+    if SCENE not in joints:
+        return locals_
+    return {SCENE: Local(np.zeros((count, 3)), quat_identity((count,)), np.ones((count, 3))), **locals_}
 
 
 def _rigid(scene: Scene, joints: tuple[Key, ...], locals_: dict[Key, Local]) -> tuple[Array, Array]:
@@ -52,13 +58,15 @@ def _rigid(scene: Scene, joints: tuple[Key, ...], locals_: dict[Key, Local]) -> 
     return np.stack(translations, axis=1), np.stack(rotations, axis=1)
 
 
-def _scaled(scene: Scene, joints: tuple[Key, ...], locals_: dict[Key, Local]) -> tuple[Array, Array]:
+def _scaled(scene: Scene, joints: tuple[Key, ...], locals_: dict[Key, Local], count: int) -> tuple[Array, Array]:
     worlds: dict[Key, World] = {}
     for key, local in locals_.items():
         above = scene.parents.get(key)
         parent = worlds[above] if above is not None else None
         inherit = scene.models[key].integer("InheritType")
         worlds[key] = world_transform(local, parent, None if above is None else locals_[above], inherit)
+    if SCENE in joints:
+        worlds[SCENE] = World(np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1)), quat_identity((count,)))
     positions = np.stack([worlds[joint].position for joint in joints], axis=1)
     rotations = np.stack([worlds[joint].rotation() for joint in joints], axis=1)
     translations, turns = local_from_world(bare_skeleton(scene, joints), positions, rotations)
@@ -72,7 +80,12 @@ def bare_skeleton(scene: Scene, joints: tuple[Key, ...]) -> Skeleton:
     index = {joint: i for i, joint in enumerate(joints)}
     above = [nearest_above(scene, joint, index) for joint in joints]
     parents = tuple(-1 if key is None else index[key] for key in above)
-    return Skeleton(unique_names([scene.models[joint].name for joint in joints]), parents, np.zeros((len(joints), 3)))
+    return Skeleton(unique_names([joint_name(scene, joint) for joint in joints]), parents, np.zeros((len(joints), 3)))
+
+
+def joint_name(scene: Scene, joint: Key) -> str:
+    """The name in the file; ``Root`` for the joint that stands for the scene."""
+    return "Root" if joint == SCENE else scene.models[joint].name
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:

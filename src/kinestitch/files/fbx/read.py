@@ -14,18 +14,20 @@ from kinestitch.core.rotation import Array, quat_normalize
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import FormatError, InvalidMotionError, KinestitchWarning, ParameterError
 from kinestitch.files.fbx.animation import Take, read_takes
-from kinestitch.files.fbx.binary import parse_binary
-from kinestitch.files.fbx.bones import bind_matrices, choose_joints
+from kinestitch.files.fbx.ascii import parse_ascii
+from kinestitch.files.fbx.binary import is_binary, parse_binary
+from kinestitch.files.fbx.bones import SCENE, bind_matrices, choose_joints
 from kinestitch.files.fbx.frames import frame_ticks
+from kinestitch.files.fbx.legacy import read_old_takes
 from kinestitch.files.fbx.nodes import Document
-from kinestitch.files.fbx.pose import bare_skeleton, bind_poses, local_poses, needed_models, to_y_up_metres
+from kinestitch.files.fbx.pose import bare_skeleton, bind_poses, joint_name, local_poses, needed_models, to_y_up_metres
 from kinestitch.files.fbx.scene import Key, Scene
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
     """The node tree of a file, binary or text; raises FormatError without the path."""
     data = Path(path).read_bytes()
-    return parse_binary(data)
+    return parse_binary(data) if is_binary(data) else parse_ascii(data)
 
 
 def list_takes(path: str | os.PathLike[str]) -> tuple[str, ...]:
@@ -70,7 +72,7 @@ def _read(path: Path, wanted: str | None) -> Motion:
 
 
 def _takes(scene: Scene) -> tuple[Take, ...]:
-    return read_takes(scene)
+    return read_takes(scene) or read_old_takes(scene)
 
 
 def _choose(takes: tuple[Take, ...], wanted: str | None, path: Path) -> Take | None:
@@ -93,6 +95,8 @@ def _rest(scene: Scene, joints: tuple[Key, ...], parents: tuple[int, ...]) -> tu
     moved, turned = local_poses(scene, joints, None, np.zeros(1, dtype=np.int64))
     matrices = bind_matrices(scene)
     covered = sum(joint in matrices for joint in joints)
+    if SCENE in joints:
+        matrices = {**matrices, SCENE: np.eye(4)} if matrices else {}
     if joints[0] in matrices and 2 * covered >= len(joints):
         offsets, rest = bind_poses(joints, parents, matrices, (moved[0], turned[0]))
         return offsets[None], rest[None]
@@ -100,7 +104,7 @@ def _rest(scene: Scene, joints: tuple[Key, ...], parents: tuple[int, ...]) -> tu
 
 
 def _warn_of_names(scene: Scene, joints: tuple[Key, ...], bare: Skeleton) -> None:
-    changed = sum(scene.models[key].name != name for key, name in zip(joints, bare.names, strict=True))
+    changed = sum(joint_name(scene, key) != name for key, name in zip(joints, bare.names, strict=True))
     if changed:
         message = f"{changed} joint names stood more than once and were numbered."
         warnings.warn(KinestitchWarning(message), stacklevel=4)

@@ -33,6 +33,7 @@ TIME_MODES = {
     24000 / 1001: 13,
 }
 CUSTOM_TIME_MODE = 14
+MAX_RATE = 100_000.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +95,7 @@ class Scene:
     def links(self) -> tuple[Link, ...]:
         """All object–object and object–property connections, in file order."""
         home = self.document.child("Connections")
-        return tuple(_links(home)) if home is not None else ()
+        return (*(_links(home) if home is not None else ()), *_old_links(self.document))
 
     @cached_property
     def children(self) -> dict[Key, list[Link]]:
@@ -131,8 +132,8 @@ class Scene:
         found = {}
         for key, node in self.objects.items():
             if node.name == "Model":
-                properties = {**template, **read_properties(node)}
-                found[key] = Model(key, object_name(node), node.text(len(node.properties) - 1), properties)
+                properties = {**template, **_old_defaults(node), **read_properties(node)}
+                found[key] = Model(key, object_name(node), _kind(node), properties)
         order: dict[Key, Model] = {}
         for start in found:
             path: dict[Key, Model] = {}
@@ -158,16 +159,16 @@ class Scene:
     @cached_property
     def settings(self) -> Properties:
         """The global settings, wherever the file's version keeps them."""
-        node = self.document.child("GlobalSettings")
-        if node is None:
-            for home in ("Objects", "Version5"):
-                parent = self.document.child(home)
-                node = node or (parent.child("GlobalSettings" if home == "Objects" else "Settings") if parent else None)
-        merged = dict(self.templates.get("GlobalSettings", {}))
-        if node is not None:
-            merged.update(read_properties(node))
-            merged.setdefault("TimeMode", node.child("FrameRate").properties if node.child("FrameRate") else ())
-        return merged
+        found: dict[str, tuple[Property, ...]] = dict(self.templates.get("GlobalSettings", {}))
+        objects, old = self.document.child("Objects"), self.document.child("Version5") or self.document
+        for home in (objects, self.document):
+            node = home.child("GlobalSettings") if home is not None else None
+            found.update(read_properties(node) if node is not None else {})
+        rate = old.child("Settings")
+        rate = rate.child("FrameRate") if rate is not None else None
+        if rate is not None and self.document.version < 7000:
+            found["FrameRate"] = rate.properties
+        return found
 
     @property
     def metres_per_unit(self) -> float:
@@ -189,9 +190,12 @@ class Scene:
     @property
     def fps(self) -> float:
         """The frame rate of the file's time line; 30 where it says none."""
+        said = next(iter(self.settings.get("FrameRate", ())), None)
+        if isinstance(said, str) and said.replace(".", "", 1).isdecimal() and 0 < float(said) <= MAX_RATE:
+            return float(said)
         mode = _integer(self.settings, "TimeMode", 0)
         custom = _number(self.settings, "CustomFrameRate", 0.0)
-        if mode == CUSTOM_TIME_MODE and np.isfinite(custom) and 0 < custom <= 100_000:
+        if mode == CUSTOM_TIME_MODE and np.isfinite(custom) and 0 < custom <= MAX_RATE:
             return custom
         return _RATES.get(mode, 30.0)
 
@@ -204,6 +208,31 @@ def _links(home: Node) -> Iterator[Link]:
         child, parent = ends
         if isinstance(child, int | str) and isinstance(parent, int | str):
             yield Link(child, parent, node.text(3) if kind == "OP" else "")
+
+
+def _old_links(document: Document) -> Iterator[Link]:
+    """FBX 5 keeps models among the top nodes and has them list their children."""
+    for node in document.nodes:
+        children = node.child("Children") if node.name == "Model" else None
+        for i in range(len(children.properties) if children is not None else 0):
+            yield Link(children.text(i), node.text())  # type: ignore[union-attr]
+
+
+def _kind(node: Node) -> str:
+    inner = node.child("Type")
+    return node.text(len(node.properties) - 1) if len(node.properties) > 1 or inner is None else inner.text()
+
+
+def _old_defaults(node: Node) -> Properties:
+    """FBX 5 keeps the default transform of a model as channels without keys."""
+    found: dict[str, tuple[Property, ...]] = {}
+    names = {"T": "Lcl Translation", "R": "Lcl Rotation", "S": "Lcl Scaling"}
+    for transform in node.all("Channel"):
+        for channel in transform.all("Channel"):
+            values = [part.child("Default") for part in channel.all("Channel")]
+            if channel.text() in names and len(values) == 3:
+                found[names[channel.text()]] = tuple(value.number() if value is not None else 0.0 for value in values)
+    return found
 
 
 def read_properties(node: Node) -> Properties:
