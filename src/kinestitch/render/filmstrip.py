@@ -278,7 +278,7 @@ def _draw_pose(axes: Axes, pose: Array, parts: Sequence[Any], frame: int) -> Non
     spread = max(float(np.abs(depth - np.median(depth)).max()), 1e-9)
     colours = []
     for index in order:
-        far = np.clip((np.median(depth) - depth[index]) / max(spread, 0.1), 0, 1)
+        far = np.clip((np.median(depth) - depth[index]) / max(spread, 0.1), 0, 1) * (parts[index].side != "torso")
         colours.append(np.array(to_rgb(COLOURS[parts[index].side])) * (1 - 0.35 * far) + 0.35 * far)
     shapes = [outline(parts[index], pose, 1.0) for index in order]
     figure = PolyCollection(shapes, facecolors=colours, edgecolors="white", linewidths=0.5, zorder=3)

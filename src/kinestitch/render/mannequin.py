@@ -14,7 +14,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_identity, quat_rotate
 from kinestitch.core.skeleton import Skeleton
 
-LEGS = ((0.047, 0.031), (0.031, 0.018), (0.018, 0.015), (0.014, 0.010))
+LEGS = ((0.044, 0.030), (0.030, 0.018), (0.018, 0.015), (0.014, 0.010))
 ARMS = ((0.027, 0.021), (0.021, 0.014), (0.015, 0.013), (0.008, 0.006))
 """Radii at both ends of each bone down a limb, as shares of the body's height."""
 _LEG = re.compile(r"(?i)leg|foot|toe|ankle|knee|thigh|calf|shin")
@@ -143,9 +143,9 @@ def _trunk(skeleton: Skeleton, upper: list[int], lower: list[int]) -> list[Part]
     spine = [j for j in skeleton.chain(_common(skeleton, upper)) if j >= low]
     waist = spine[(len(spine) - 1) // 2]
     chest = spine[spine.index(waist) :]
-    chest_radii = (0.045, *(0.05,) * (len(chest) - 1))
+    chest_radii = (0.056, *(0.05,) * (len(chest) - 1))
     return [
-        Part((*lower, low, waist), (*(0.045,) * len(lower), 0.05, 0.045), "torso"),
+        Part((*lower, low, waist), (*(0.045,) * len(lower), 0.05, 0.056), "torso"),
         Part((*upper, *chest), (*(0.028,) * len(upper), *chest_radii), "torso"),
     ]
 
