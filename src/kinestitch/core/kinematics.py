@@ -119,9 +119,7 @@ def two_bone_ik(hip: ArrayLike, knee: ArrayLike, ankle: ArrayLike, target: Array
         cosine = (a * a + b * b - opposite * opposite) / np.maximum(2 * a * b, 1e-12)
         return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
 
-    axis = np.cross(ankle - hip, knee - hip)
-    size = np.linalg.norm(axis, axis=-1, keepdims=True)
-    axis = np.where(size > 1e-9, axis / np.maximum(size, 1e-12), [1.0, 0.0, 0.0])
+    axis = _hinge(hip, knee, ankle)
     at_hip = angle(lower, upper, reach) - angle(lower, upper, length)
     at_knee = angle(reach, upper, lower) - angle(length, upper, lower)
 
@@ -129,11 +127,27 @@ def two_bone_ik(hip: ArrayLike, knee: ArrayLike, ankle: ArrayLike, target: Array
         return np.concatenate([axis * np.sin(turn / 2)[..., None], np.cos(turn / 2)[..., None]], axis=-1)
 
     thigh = about(at_hip)
-    shin = quat_multiply(thigh, about(at_knee - 0.0))
+    shin = quat_multiply(thigh, about(at_knee))
     bent = hip + quat_rotate(thigh, knee - hip)
     bent = bent + quat_rotate(shin, ankle - knee)
     aim = quat_between(bent - hip, target - hip)
     return quat_multiply(aim, thigh), quat_multiply(aim, shin)
+
+
+def _hinge(hip: Array, knee: Array, ankle: Array) -> Array:
+    """Unit axis (..., 3) about which the knee bends; a straight limb, which has no plane, bends about the world's X (or
+    Z, where it points along X).
+    """
+    axis = np.cross(ankle - hip, knee - hip)
+    size = np.linalg.norm(axis, axis=-1, keepdims=True)
+    limb = ankle - hip
+    length = np.linalg.norm(limb, axis=-1, keepdims=True)
+    along = limb / np.maximum(length, 1e-12)
+    sideways = np.where(np.abs(along[..., :1]) < 0.99, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    sideways = sideways - along * np.einsum("...i,...i->...", sideways, along)[..., None]
+    sideways /= np.linalg.norm(sideways, axis=-1, keepdims=True)
+    bent = size > 1e-9 * length * np.linalg.norm(knee - hip, axis=-1, keepdims=True)
+    return np.where(bent, axis / np.where(bent, size, 1.0), sideways)
 
 
 def heading(skeleton: Skeleton) -> float:

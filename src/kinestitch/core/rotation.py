@@ -166,14 +166,19 @@ def quat_to_euler(q: ArrayLike, order: str) -> Array:
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     cosine = np.hypot(m[..., j, k], m[..., k, k])
     middle = np.arctan2(sign * m[..., i, k], cosine)
-    locked = cosine < 1e-9
+    locked = cosine < 1e-12
     first = np.where(
         locked,
         np.arctan2(sign * m[..., k, j], m[..., j, j]),
         np.arctan2(-sign * m[..., j, k], m[..., k, k]),
     )
-    third = np.where(locked, 0.0, np.arctan2(-sign * m[..., i, j], m[..., i, i]))
-    return np.stack([first, middle, third], axis=-1)
+    # The third angle undoes what the first has left over, so that near the lock, where each of the two is uncertain,
+    # their sum is not.
+    sine, cosine = np.sin(first), np.cos(first)
+    third = np.arctan2(
+        sign * cosine * m[..., j, i] + sine * m[..., k, i], cosine * m[..., j, j] + sign * sine * m[..., k, j]
+    )
+    return np.stack([first, middle, np.where(locked, 0.0, third)], axis=-1)
 
 
 def quat_distance(p: ArrayLike, q: ArrayLike) -> Array:
@@ -214,15 +219,17 @@ def quat_between(u: ArrayLike, v: ArrayLike) -> Array:
     """Shortest rotation (..., 4) that takes the direction of `u` (..., 3) to that of `v`; opposite ones turn by π."""
     u = np.asarray(u, dtype=np.float64)
     v = np.asarray(v, dtype=np.float64)
-    u, v = np.broadcast_arrays(u, v)
-    lengths = np.linalg.norm(u, axis=-1) * np.linalg.norm(v, axis=-1)
-    w = np.einsum("...i,...i->...", u, v) + lengths
-    xyz = np.cross(u, v)
-    opposite = w <= 1e-12 * lengths
+    u, v = np.broadcast_arrays(_direction(u), _direction(v))
+    sine = np.linalg.norm(u - v, axis=-1) / 2  # of half the angle; its cosine from the sum keeps digits near π
+    cosine = np.linalg.norm(u + v, axis=-1) / 2
+    axis = np.cross(u, v)
+    opposite = cosine < 1e-8
     if np.any(opposite):
-        helper = np.where(
-            np.abs(u[..., :1]) < 0.9 * np.linalg.norm(u, axis=-1, keepdims=True), [1.0, 0, 0], [0, 1.0, 0]
-        )
-        xyz = np.where(opposite[..., None], np.cross(u, helper), xyz)
-        w = np.where(opposite, 0.0, w)
-    return quat_normalize(np.concatenate([xyz, w[..., None]], axis=-1))
+        helper = np.where(np.abs(u[..., :1]) < 0.9, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+        axis = np.where(opposite[..., None], np.cross(u, helper), axis)
+    return quat_normalize(np.concatenate([_direction(axis) * sine[..., None], cosine[..., None]], axis=-1))
+
+
+def _direction(v: Array) -> Array:
+    size = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.asarray(v / np.where(size > 0, size, 1.0))

@@ -14,12 +14,31 @@ from kinestitch.errors import InvalidMotionError
 
 
 def frozen(values: ArrayLike) -> Array:
-    """The values as a read-only float64 array; copied only where somebody else could still write to them."""
+    """The values as a read-only float64 array; copied only where somebody else could still write to them.
+
+    A broadcast view stays one: only what it repeats is copied.
+    """
     array = np.asarray(values, dtype=np.float64)
-    if array.flags.writeable:
-        array = array.copy() if array is values or array.base is not None else array
+    if isinstance(values, (list, tuple)) and array.base is None:
         array.setflags(write=False)
+    elif _writeable(array):
+        once = tuple(slice(0, 1) if step == 0 else slice(None) for step in array.strides)
+        own = array[once].copy()
+        own.setflags(write=False)
+        array = own if own.shape == array.shape else np.broadcast_to(own, array.shape)
     return array
+
+
+def _writeable(array: object) -> bool:
+    """Whether the array, or any it is a view of, can be written to."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return True
+        array = array.base
+    try:
+        return array is not None and not memoryview(array).readonly  # type: ignore[arg-type]
+    except TypeError:
+        return True
 
 
 @dataclass(frozen=True, eq=False)
