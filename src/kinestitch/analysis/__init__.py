@@ -1,0 +1,1 @@
+"""How good it is: numbers for every seam, and the curves behind them."""

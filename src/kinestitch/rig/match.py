@@ -31,7 +31,8 @@ def match_motion(motion: Motion, skeleton: Skeleton) -> Motion:
     if own is skeleton or own == skeleton:
         return motion if own is skeleton else replace(motion, skeleton=skeleton)
     motion = _in_order(motion, skeleton)
-    if not _same_axes(motion.skeleton.offsets, skeleton.offsets):
+    bones = _bones(skeleton)
+    if not _directions_agree(motion.skeleton.offsets[bones], skeleton.offsets[bones]).all():
         motion = _in_axes(motion, skeleton)
     return _in_size(motion, skeleton)
 
@@ -71,19 +72,23 @@ def _directions_agree(a: Array, b: Array) -> np.ndarray:
     return np.einsum("ji,ji->j", a, b) >= _DIRECTION_TOLERANCE * long - 1e-12
 
 
-def _same_axes(a: Array, b: Array) -> bool:
-    """Whether bones point the same way in their parents' frames, which then are the same frames."""
-    return bool(_directions_agree(a[1:], b[1:]).all())
+def _bones(skeleton: Skeleton) -> list[int]:
+    """The joints whose rest offset is a bone of the body: all but those from the root down to the hips, which carry
+    the place.
+    """
+    place = set(skeleton.chain(hips_joint(skeleton)))
+    return [joint for joint in range(skeleton.joint_count) if joint not in place]
 
 
 def _in_axes(motion: Motion, skeleton: Skeleton) -> Motion:
     """Told in the joint axes of `skeleton`, if both rest poses show the same body in the same pose."""
     positions, _ = rest_pose(motion.skeleton)
     wanted, axes = rest_pose(skeleton)
-    parents = skeleton.parent_array[1:]
-    agree = _directions_agree(positions[1:] - positions[parents], wanted[1:] - wanted[parents])
+    bones = _bones(skeleton)
+    parents = skeleton.parent_array[bones]
+    agree = _directions_agree(positions[bones] - positions[parents], wanted[bones] - wanted[parents])
     if not agree.all():
-        joint = int(np.argmin(agree)) + 1
+        joint = bones[int(np.argmin(agree))]
         raise SkeletonMismatchError(
             f"Rest poses differ at joint {joint}: {skeleton.names[joint]!r} points elsewhere. Retarget first."
         )
@@ -93,7 +98,8 @@ def _in_axes(motion: Motion, skeleton: Skeleton) -> Motion:
 def _in_size(motion: Motion, skeleton: Skeleton) -> Motion:
     own = motion.skeleton
     scale = hip_height(skeleton) / hip_height(own)
-    lengths = np.linalg.norm(own.offsets[1:], axis=-1), np.linalg.norm(skeleton.offsets[1:], axis=-1)
+    bones = _bones(skeleton)
+    lengths = np.linalg.norm(own.offsets[bones], axis=-1), np.linalg.norm(skeleton.offsets[bones], axis=-1)
     if abs(scale - 1) < _SAME_SIZE and np.allclose(*lengths, rtol=_SAME_SIZE, atol=1e-4):
         return replace(motion, skeleton=skeleton)
     translations = skeleton.offsets + (motion.translations - own.offsets) * scale

@@ -19,6 +19,7 @@ from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import MissingClipError, RangeError
+from kinestitch.rig.hips import hips_joint
 from kinestitch.rig.match import match_motion
 from kinestitch.solve.root import Placement, carrier_joint, continue_placement, with_world_carrier
 from kinestitch.solve.seam import SeamPlace
@@ -44,6 +45,8 @@ class Straddling:
 class Placed:
     """A timeline with its sources on one skeleton and at one rate; made by :func:`place_timeline` only.
 
+    carrier : the lowest joint that carries the travel in one of the clips; everything above it is folded into it
+    writes : the joint that carried it in the original, to which the result's travel is given back
     sources : per clip key a motion whose `carrier` joint is told in the world
     placements : (S,) one per segment; seams : the places where something has to be solved
     """
@@ -51,6 +54,7 @@ class Placed:
     timeline: Timeline
     skeleton: Skeleton
     carrier: int
+    writes: int
     sources: Mapping[str, Motion]
     placements: tuple[Placement, ...]
     seams: tuple[SeamPlace, ...]
@@ -77,13 +81,15 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
         if info.frames != found:
             raise RangeError(f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {found}.")
     original = clips[timeline.segments[0].clip if timeline.clips[0].key not in used else timeline.clips[0].key]
-    carrier = carrier_joint(original)
-    sources = {
-        key: with_world_carrier(resample(match_motion(clips[key], original.skeleton), timeline.fps), carrier)
-        for key in used
-    }
+    chain = original.skeleton.chain(hips_joint(original.skeleton))
+    matched = {key: resample(match_motion(clips[key], original.skeleton), timeline.fps) for key in used}
+    writes = carrier_joint(original)
+    carrier = max([writes, *map(carrier_joint, matched.values())], key=chain.index)
+    sources = {key: with_world_carrier(motion, carrier) for key, motion in matched.items()}
     starts = timeline.starts
-    placed = Placed(timeline, original.skeleton, carrier, sources, (Placement(),), _places(timeline, starts), starts)
+    placed = Placed(
+        timeline, original.skeleton, carrier, writes, sources, (Placement(),), _places(timeline, starts), starts
+    )
     placements = [Placement()]
     for seam in range(len(timeline.segments) - 1):
         if _continuous(timeline, seam):

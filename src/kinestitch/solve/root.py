@@ -72,9 +72,6 @@ def with_world_carrier(motion: Motion, carrier: int) -> Motion:
     folded in,
     together with any travel of its own. A motion whose carrier is the root comes back as it is.
     """
-    own = carrier_joint(motion)
-    if own > carrier and own in motion.skeleton.chain(hips_joint(motion.skeleton)):
-        motion = _lift_travel(motion, carrier, own)
     if carrier == 0:
         return motion
     position, rotation = _world(motion, carrier)
@@ -98,8 +95,8 @@ def _world(motion: Motion, joint: int) -> tuple[Array, Array]:
     return position, rotation
 
 
-def _lift_travel(motion: Motion, carrier: int, own: int) -> Motion:
-    """Give the ground travel of a lower joint to the carrier above it; nothing moves in the world."""
+def lift_travel(motion: Motion, carrier: int, own: int) -> Motion:
+    """Give the ground travel of the joint `own` to the joint `carrier` above it; nothing moves in the world."""
     path, _ = _world(motion, own)
     travel = path - path[0]
     travel[:, 1] = 0.0

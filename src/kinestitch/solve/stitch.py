@@ -30,7 +30,7 @@ from kinestitch.solve.chart import (
     solve_rotations,
 )
 from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
-from kinestitch.solve.root import GROUND, displacement_residuals
+from kinestitch.solve.root import GROUND, displacement_residuals, lift_travel
 from kinestitch.solve.seam import Cluster, SeamPlace, clusters, correction, displacement_curves
 
 Method = Literal["laplacian", "cut"]
@@ -83,7 +83,7 @@ def stitch(
     rotations, translations = target_window(placed, 0, placed.frames)
     if method == "laplacian":
         _solve_into(placed, rotations, translations, chart)
-    return _as_motion(placed, rotations, translations)
+    return as_motion(placed, rotations, translations)
 
 
 def solve_timeline(
@@ -93,11 +93,11 @@ def solve_timeline(
     _check(chart, method)
     placed = place_timeline(timeline, clips)
     rotations, translations = target_window(placed, 0, placed.frames)
-    cut = _as_motion(placed, rotations.copy(), translations.copy())
+    cut = as_motion(placed, rotations.copy(), translations.copy())
     if method == "cut":
         return Solved(cut, cut, placed, placed.seams, chart, method)
     _solve_into(placed, rotations, translations, chart)
-    return Solved(_as_motion(placed, rotations, translations), cut, placed, placed.seams, chart, method)
+    return Solved(as_motion(placed, rotations, translations), cut, placed, placed.seams, chart, method)
 
 
 def solve_seam(placed: Placed, index: int, *, chart: Chart = "centred") -> SolvedWindow:
@@ -174,7 +174,7 @@ def _frame_above(placed: Placed) -> tuple[Array, Array]:
     return position, rotation
 
 
-def _as_motion(placed: Placed, rotations: Array, translations: Array) -> Motion:
+def as_motion(placed: Placed, rotations: Array, translations: Array) -> Motion:
     """The result with its carrier told in its parent's frame again; the joints above it stand as in the original."""
     carrier = placed.carrier
     if carrier != 0:
@@ -189,7 +189,8 @@ def _as_motion(placed: Placed, rotations: Array, translations: Array) -> Motion:
     rotations.setflags(write=False)
     translations.setflags(write=False)
     name = placed.timeline.segments[0].clip
-    return Motion(placed.skeleton, translations, rotations, placed.timeline.fps, name=name)
+    motion = Motion(placed.skeleton, translations, rotations, placed.timeline.fps, name=name)
+    return motion if placed.writes == carrier else lift_travel(motion, placed.writes, carrier)
 
 
 def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], *, chart: Chart = "centred") -> Array:

@@ -1,0 +1,120 @@
+"""Curves to look at: one joint over time, and how strongly it accelerates, before and after its seams were solved."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinestitch.core.atomic import replacing
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array, quat_conjugate, quat_continuous, quat_log, quat_mean, quat_multiply
+from kinestitch.errors import SkeletonMismatchError, UnsupportedFormatError
+from kinestitch.solve.laplacian import second_difference
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".png", ".svg", ".pdf")
+_AXES = (("x", "#0072B2"), ("y", "#009E73"), ("z", "#D55E00"))
+_BEFORE, _AFTER, _SEAM = "#9A9A9A", "#111111", "#CC79A7"
+
+
+def joint_curve(motion: Motion, joint: int, base: Array | None = None) -> Array:
+    """Rotation vectors (F, 3) rad of one joint, measured from its mean pose (or from `base`, (4,)), continuous in
+    time.
+    """
+    rotations = motion.rotations[:, joint]
+    base = quat_mean(rotations) if base is None else base
+    moved = quat_continuous(quat_multiply(quat_conjugate(base), rotations))
+    return quat_log(-moved if moved[:, 3].sum() < 0 else moved)
+
+
+def plot_joint(
+    motion: Motion,
+    joint: int | str,
+    path: str | os.PathLike[str],
+    *,
+    before: Motion | None = None,
+    seams: Sequence[int] = (),
+    title: str | None = None,
+) -> None:
+    """Draw a joint's rotation vector over time and below it the norm of its temporal Laplacian; PNG, SVG or PDF by
+    suffix.
+
+    before : the hard cut of the same frames, drawn in grey behind; seams : frames to mark
+
+    Raises UnsupportedFormatError, OutputError, InvalidMotionError (no such joint), SkeletonMismatchError (`before`
+    is another
+    motion).
+    """
+    index = motion.skeleton.index(joint) if isinstance(joint, str) else joint
+    if before is not None and (before.frames, before.skeleton.names) != (motion.frames, motion.skeleton.names):
+        raise SkeletonMismatchError(
+            f"Expected the hard cut of the same {motion.frames} frames and joints, got {before.frames} frames."
+        )
+    figure, (upper, lower) = _two_panels()
+    base = quat_mean(motion.rotations[:, index])
+    frames = np.arange(motion.frames)
+    curves = [(motion, 1.8, 1.0)] if before is None else [(before, 0.9, 0.45), (motion, 1.8, 1.0)]
+    for clip, width, alpha in curves:
+        values = np.degrees(joint_curve(clip, index, base))
+        for axis, (letter, colour) in enumerate(_AXES):
+            label = letter if clip is motion else None
+            upper.plot(frames, values[:, axis], color=colour, linewidth=width, alpha=alpha, label=label)
+        size = np.linalg.norm(second_difference(values), axis=-1)
+        name, colour = ("after", _AFTER) if clip is motion else ("before: hard cut", _BEFORE)
+        lower.plot(frames, size, color=colour, linewidth=1.2, label=None if before is None else name)
+    _mark(upper, lower, seams)
+    upper.set_ylabel("rotation vector (°)")
+    lower.set_ylabel("‖L r‖ (° per frame²)")
+    lower.set_xlabel(f"frame ({motion.fps:g} fps)")
+    drawn = " (thin before, thick after)" if before is not None else ""
+    upper.set_title(title if title is not None else motion.skeleton.names[index] + drawn, loc="left")
+    upper.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.0)
+    if before is not None:
+        lower.set_yscale("symlog", linthresh=1.0)
+        lower.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.0)
+    lower.set_ylim(bottom=0.0)
+    save_figure(figure, path)
+
+
+def _two_panels() -> tuple[Figure, Sequence[Axes]]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
+    panels = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    for panel in panels:
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.margins(x=0.01)
+    return figure, panels
+
+
+def _mark(upper: Axes, lower: Axes, seams: Sequence[int]) -> None:
+    for number, frame in enumerate(seams):
+        for panel in (upper, lower):
+            panel.axvline(frame - 0.5, color=_SEAM, linewidth=1.2, linestyle="--", zorder=0)
+        label = "seam" if number == 0 else ""
+        upper.annotate(
+            label, (frame - 0.5, 1.0), xycoords=("data", "axes fraction"), color=_SEAM, ha="left", va="top",
+            xytext=(3, -1), textcoords="offset points",
+        )  # fmt: skip
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: int = 150) -> None:
+    """Write a figure as PNG, SVG or PDF by suffix; an existing file is replaced only by a complete new one.
+
+    Raises UnsupportedFormatError for another suffix, OutputError where the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise UnsupportedFormatError(f"Expected a picture that ends in {', '.join(SUFFIXES)}, got {suffix!r}. ({path})")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=suffix[1:], dpi=dpi)
+    with replacing(path) as stream:
+        stream.write(buffer.getvalue())

@@ -1,0 +1,78 @@
+"""Other ways over a seam, on the same placed timeline, for comparison."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import (
+    Array,
+    quat_conjugate,
+    quat_mean,
+    quat_multiply,
+    quat_slerp,
+    quat_to_rotvec,
+    rotvec_to_quat,
+)
+from kinestitch.errors import ParameterError
+from kinestitch.solve.placed import Placed, straddling, target_window
+from kinestitch.solve.seam import SeamPlace, clusters, seam_curves
+from kinestitch.solve.stitch import as_motion
+
+
+def crossfade(placed: Placed, width: int) -> Motion:
+    """Blend both sources over `width` frames on each side of every seam: rotations by slerp, translations linearly.
+
+    Both sources run on under each other; one that ends holds its last pose. Windows end half way to the next seam.
+    It passes through
+    every pose in between, but it averages both motions and slides planted feet.
+
+    Raises ParameterError for width < 1.
+    """
+    if width < 1:
+        raise ParameterError(f"Expected a width of at least 1 frame, got {width}.")
+    rotations, translations = target_window(placed, 0, placed.frames)
+    for seam in placed.seams:
+        before = (
+            (seam.frame - placed.starts[seam.index])
+            if seam.index == 0
+            else (seam.frame - placed.starts[seam.index]) // 2
+        )
+        after = placed.starts[seam.index + 2] - seam.frame
+        after = after if seam.index + 3 == len(placed.starts) else after // 2
+        reach = max(1, min(width, before, after))
+        frames = np.arange(-reach, reach)
+        here = slice(seam.frame - reach, seam.frame + reach)
+        share = (frames + reach + 0.5) / (2 * reach)
+        left = _own(placed, seam.index, placed.timeline.segments[seam.index].range.stop + frames)
+        right = _own(placed, seam.index + 1, placed.timeline.segments[seam.index + 1].range.start + frames)
+        rotations[here] = quat_slerp(left[0], right[0], share[:, None])
+        translations[here] = left[1] + share[:, None, None] * (right[1] - left[1])
+    return as_motion(placed, rotations, translations)
+
+
+def geodesic_blend(placed: Placed, seam: SeamPlace) -> tuple[int, Array]:
+    """The mean gap of one seam spread along its shortest geodesic with the seam's own curve: what no chart can spin.
+
+    Returns the first frame and the rotations (n, J, 4) of the window, carrier in the world: ``q exp(c)`` with
+    ``c = (g₀ + g₁) d̄``, d̄ the principal log of the mean relative rotation of both sources at the seam.
+    """
+    (cluster,) = clusters([seam], placed.frames)
+    rotations, _ = target_window(placed, cluster.start, cluster.stop)
+    a, b = straddling(placed, seam).rotations.reshape(2, 2, -1, 4)
+    gap = quat_to_rotvec(quat_mean(quat_multiply(quat_conjugate(a), b)))
+    share = seam_curves(cluster).sum(axis=1)
+    return cluster.start, quat_multiply(rotations, rotvec_to_quat(share[:, None, None] * gap))
+
+
+def _own(placed: Placed, segment: int, frames: np.ndarray) -> tuple[Array, Array]:
+    """A segment's source at its own frames, held at its ends, as placed: rotations (n, J, 4), translations (n, J,
+    3).
+    """
+    source = placed.sources[placed.timeline.segments[segment].clip]
+    frames = np.clip(frames, 0, source.frames - 1)
+    rotations, translations = source.rotations[frames], source.translations[frames]
+    placement, joint = placed.placements[segment], placed.carrier
+    rotations[:, joint] = quat_multiply(placement.rotation, rotations[:, joint])
+    translations[:, joint] = placement.move(translations[:, joint])
+    return rotations, translations
