@@ -43,7 +43,7 @@ class _Reader:
         """Nodes from `start` until an empty record or `stop`; whether an empty record closed them; where they ended."""
         if depth > MAX_DEPTH:
             raise _damaged(start, f"nodes nested at most {MAX_DEPTH} deep", "deeper ones")
-        found = []
+        found: list[Node] = []
         while start < stop:
             if start + self.head.size > stop:
                 raise _damaged(start, "a node", "the end of the data")
