@@ -25,7 +25,12 @@ def seams() -> st.SearchStrategy[Seam]:
 def timelines(draw: st.DrawFn, *, most_frames: int = 40, rates: tuple[float, ...] = RATES) -> Timeline:
     fps = draw(st.sampled_from(rates))
     keys = draw(
-        st.lists(st.text(st.characters(exclude_categories=["Cs"]), max_size=6), min_size=1, max_size=4, unique=True)
+        st.lists(
+            st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=6),
+            min_size=1,
+            max_size=4,
+            unique=True,
+        )
     )
     size = st.integers(1, most_frames)
     clips = tuple(ClipInfo(key, draw(size), draw(st.sampled_from(rates))) for key in keys)

@@ -21,6 +21,8 @@ LINE = replace(
     seam=Seam(smoothing=0.2),
 )
 EDGES = (None, True, -1, 0, 0.5, 10**40, 2**63, -(2**63), 1e308, float("nan"), float("inf"), "", "walk", [], {}, [[]])
+SCHEMAS = ("Timeline.1", "Stack.1", "Track.1", "Clip.1", "Clip.2", "Gap.1", "Transition.1", "Marker.1", "Test.1")
+SCHEMAS += ("RationalTime.1", "TimeRange.1", "ExternalReference.1", "UnknownSchema.1", "SerializableObjectRef.1")
 
 
 @pytest.fixture
@@ -108,6 +110,31 @@ def test_wrong_values(path, sound, old, new, words):
     refused(path, sound.replace(old, new), words)
 
 
+@pytest.mark.parametrize(
+    "item",
+    [
+        {"OTIO_SCHEMA": "UnknownSchema.1"},
+        {"OTIO_SCHEMA": "Test.1", "name": "x"},
+        {"OTIO_SCHEMA": "SerializableObjectRef.1", "id": "track"},
+        {"OTIO_SCHEMA": "Clip.1", "media_references": {}},
+        {"OTIO_SCHEMA": "Clip.1", "media_reference": {}},
+        {"OTIO_SCHEMA": "Clip.1", "media_reference": 3},
+        {"OTIO_SCHEMA": "Clip.01"},
+        {"OTIO_SCHEMA": "Clip.99999999999"},
+        {"OTIO_SCHEMA": ["Clip.1"]},
+        {"OTIO_SCHEMA": "Clip.2", "media_references": {"DEFAULT_MEDIA": None}},
+        {"OTIO_SCHEMA": "Gap.1", "source_range": {"OTIO_SCHEMA": "TimeRange.1"}},
+        {},
+        None,
+        3,
+    ],
+)
+def test_objects_that_a_compiled_parser_does_not_survive(path, item):
+    track = {"OTIO_SCHEMA": "Track.1", "OTIO_REF_ID": "track", "kind": "Video", "children": [item]}
+    stack = {"OTIO_SCHEMA": "Stack.1", "children": [track]}
+    refused(path, json.dumps({"OTIO_SCHEMA": "Timeline.1", "tracks": stack}))
+
+
 def places(node, found):
     children = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for key, child in children:
@@ -130,7 +157,7 @@ def test_random_damage(path, sound, seed):
             if isinstance(node, dict) and isinstance(other, str):
                 node[other] = node.pop(key)
         else:
-            node[key] = rng.choice(EDGES)
+            node[key] = rng.choice(SCHEMAS if key == "OTIO_SCHEMA" else EDGES)
     path.write_text(json.dumps(data))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", KinestitchWarning)

@@ -6,11 +6,10 @@ which is imported only when a document is saved or loaded.
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,14 +18,9 @@ from kinestitch.core.atomic import replacing
 from kinestitch.edit.foreign import Probe, Span, Strip, assemble
 from kinestitch.edit.locations import to_url
 from kinestitch.edit.schema import SCHEMA, Own, checked, clip_data, seam_data
+from kinestitch.edit.sieve import KEY, opened, sieved_text
 from kinestitch.edit.timeline import ClipInfo, Timeline
 from kinestitch.errors import DocumentError, KinestitchError, KinestitchWarning, MissingClipError, ParameterError
-
-KEY = "kinestitch"
-"""The one metadata key under which everything of ours stands."""
-
-MAX_DEPTH = 200
-"""Levels of nesting; a timeline has about ten, and OpenTimelineIO's parser crashes somewhere above ten thousand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +61,7 @@ def save_document(
             )
     for key in keys:
         if not _is_text(key):
-            raise ParameterError(f"Expected clip keys that UTF-8 can hold, got {key!r}. Choose another key.")
+            raise ParameterError(f"Expected clip keys of proper letters, got {key!r}. Choose another key.")
     root = Path.cwd() if base is None else Path.cwd() / base
     urls = {key: to_url(source, target.parent, root) for key, source in (sources or {}).items()}
     text = _to_otio(otio, timeline, urls, target.stem if _is_text(target.stem) else "").to_json_string()
@@ -77,7 +71,7 @@ def save_document(
 
 
 def _is_text(key: str) -> bool:
-    return not any("\ud800" <= letter <= "\udfff" for letter in key)
+    return not any(letter == "\0" or "\ud800" <= letter <= "\udfff" for letter in key)
 
 
 def _to_otio(otio: Any, timeline: Timeline, urls: Mapping[str, str], name: str) -> Any:
@@ -129,7 +123,7 @@ def load_document(path: str | os.PathLike[str], *, probe: Probe | None = None) -
     source = Path(path)
     ignored: Counter[str] = Counter()
     try:
-        own, strips = _from_otio(_parse(_text(source)), ignored)
+        own, strips = _from_otio(_parse(sieved_text(source)), ignored)
         timeline, sources = assemble(own, strips, source.parent, probe, ignored)
     except OSError:
         raise
@@ -140,37 +134,6 @@ def load_document(path: str | os.PathLike[str], *, probe: Probe | None = None) -
     if counts:
         warnings.warn(f"Left out of the document: {counts}. ({source})", KinestitchWarning, stacklevel=2)
     return Document(timeline, sources)
-
-
-def _text(path: Path) -> str:
-    """The document with our settings sealed: each table of ours as one text, which ``_own`` opens again.
-
-    OpenTimelineIO's parser misses one double in ten by its last digit; Python's reads them all exactly.
-    """
-    try:
-        tree = json.loads(path.read_bytes().decode("utf-8-sig"))
-    except IsADirectoryError as error:
-        raise DocumentError("Expected a document, got a folder.") from error
-    except RecursionError as error:
-        raise DocumentError(f"Expected at most {MAX_DEPTH} levels of nesting, got far more.") from error
-    except ValueError as error:
-        raise DocumentError(f"Expected JSON in UTF-8, got a damaged file: {error}.") from error
-    level = [tree]
-    for _ in range(MAX_DEPTH):
-        for entry in level:
-            metadata = entry.get("metadata") if isinstance(entry, dict) else None
-            if isinstance(metadata, dict) and KEY in metadata:
-                metadata[KEY] = json.dumps(metadata[KEY])
-        level = [item for entry in level for item in _inside(entry)]
-        if not level:
-            return json.dumps(tree)
-    raise DocumentError(f"Expected at most {MAX_DEPTH} levels of nesting, got more.")
-
-
-def _inside(entry: Any) -> Iterable[Any]:
-    if isinstance(entry, dict):
-        return entry.values()
-    return entry if isinstance(entry, list) else ()
 
 
 def _parse(text: str) -> Any:
@@ -209,7 +172,7 @@ def _from_otio(line: Any, ignored: Counter[str]) -> tuple[Own | None, list[Strip
 
 
 def _own(item: Any) -> dict[str, Any]:
-    return checked(json.loads(item.metadata.get(KEY, "{}")), dict, "the metadata 'kinestitch'")
+    return checked(opened(item.metadata.get(KEY)), dict, "the metadata 'kinestitch'")
 
 
 def _check_untrimmed(track: Any) -> None:
