@@ -14,7 +14,7 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import SkeletonMismatchError
 
 _WORD = re.compile(r"(?i)left|right")
-_SIDE = re.compile(r"(?:(?<=[_.\- :])|^)([lLrR])(?=[_.\- ]|$|\d)|^([lr])(?=[A-Z])")
+_SIDE = re.compile(r"(?:(?<=[_.\- :])|^)([lLrR])(?=[_.\- ]|$|\d)|^([lr])(?=[A-Z])|^([LR])(?=[A-Z][a-z])")
 _OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
 
@@ -38,9 +38,18 @@ def mirrored_name(name: str) -> str:
 
 
 def mirror_pairs(skeleton: Skeleton) -> tuple[int, ...]:
-    """For each joint the index of its counterpart on the other side (itself on the middle line)."""
+    """For each joint the index of its counterpart on the other side (itself on the middle line).
+
+    Where the rules of :func:`mirrored_name` find nothing, a first letter l or r counts too (``lfemur``, ``rfemur``),
+    provided that the other joint exists.
+    """
     place = {name: index for index, name in enumerate(skeleton.names)}
-    return tuple(place.get(mirrored_name(name), index) for index, name in enumerate(skeleton.names))
+
+    def other(index: int, name: str) -> int:
+        swapped = _OTHER.get(name[:1], "") + name[1:]
+        return place.get(mirrored_name(name), place.get(swapped, index))
+
+    return tuple(other(index, name) for index, name in enumerate(skeleton.names))
 
 
 def lateral_axis(skeleton: Skeleton) -> Array:
@@ -49,16 +58,15 @@ def lateral_axis(skeleton: Skeleton) -> Array:
     positions, _ = rest_pose(skeleton)
     total = np.zeros(3)
     for joint, other in enumerate(pairs):
-        bare = skeleton.names[joint].rpartition(":")[2]
-        if joint != other and _is_left(bare):
+        if _is_left(skeleton.names[joint], skeleton.names[other]):
             total += positions[joint] - positions[other]
     size = np.linalg.norm(total)
     return total / size if size > 1e-9 else np.array([1.0, 0.0, 0.0])
 
 
-def _is_left(bare: str) -> bool:
-    match = _WORD.search(bare) or _SIDE.search(bare)
-    return match is not None and match.group(0).lower().startswith("l")
+def _is_left(name: str, other: str) -> bool:
+    """Whether the first letter in which the names of two counterparts differ is an l."""
+    return next((a in "lL" for a, b in zip(name, other, strict=False) if a != b), False)
 
 
 def mirror(motion: Motion) -> Motion:

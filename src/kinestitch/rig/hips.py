@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from kinestitch.core.kinematics import rest_pose
-from kinestitch.core.mirror import mirror_pairs
+from kinestitch.core.mirror import lateral_axis, mirror_pairs
+from kinestitch.core.rotation import Array, quat_conjugate, quat_rotate
 from kinestitch.core.skeleton import Skeleton
 
 _HIPS = re.compile(r"(?i)^(hips?|pelvis|bip0*1[ _]?pelvis|bip0*1|center_?hip|koshi|j_bip_c_hips|hip_?center)$")
@@ -55,38 +56,55 @@ def _subtree_sizes(skeleton: Skeleton) -> list[int]:
 
 @lru_cache(maxsize=64)
 def leg_roots(skeleton: Skeleton) -> tuple[int, int] | None:
-    """Indices (left, right) of the joints where the legs leave the hips: the pair of mirrored children of the hips."""
+    """Indices (left, right) of the joints where the legs leave the body: the mirrored pair nearest below the hips.
+
+    Counterparts that stand in one place (the hip joints of ASF and CMU files) are passed over; among several pairs the
+    one with the longest limbs counts.
+    """
     pairs = mirror_pairs(skeleton)
     positions, _ = rest_pose(skeleton)
-    hips = hips_joint(skeleton)
-    found = [j for j in skeleton.children(hips) if pairs[j] != j and pairs[j] in skeleton.children(hips)]
-    if not found:
-        return None
-    from kinestitch.core.mirror import lateral_axis
+    apart = np.linalg.norm(positions - positions[list(pairs)], axis=-1) > 1e-6
+    level = skeleton.children(hips_joint(skeleton))
+    while level:
+        found = [j for j in level if pairs[j] in level and apart[j]]
+        if found:
+            leg = max(found, key=lambda j: _leg_length(skeleton, j))
+            sides = (leg, pairs[leg])
+            lateral = lateral_axis(skeleton)
+            return sides if (positions[sides[0]] - positions[sides[1]]) @ lateral > 0 else sides[::-1]
+        level = tuple(child for joint in level for child in skeleton.children(joint))
+    return None
 
-    lateral = lateral_axis(skeleton)
-    left = max(found, key=lambda j: float((positions[j] - positions[pairs[j]]) @ lateral))
-    return left, pairs[left]
+
+def hip_line(skeleton: Skeleton) -> Array | None:
+    """From the right leg's root to the left one's at rest, told in the hips' frame: (3,) m; None without legs."""
+    legs = leg_roots(skeleton)
+    if legs is None:
+        return None
+    positions, rotations = rest_pose(skeleton)
+    hips = quat_conjugate(rotations[hips_joint(skeleton)])
+    return quat_rotate(hips, positions[legs[0]] - positions[legs[1]])
 
 
 def hip_height(skeleton: Skeleton) -> float:
-    """Height in m of the hips above the lowest joint when the legs are straight: the longest way down a leg.
+    """The body's size in m: the length of a leg from hip joint to ankle, so the height of the hips above the ankles.
 
     Measured along the bones, so that it does not depend on the pose that a file calls rest.
     """
-    hips = hips_joint(skeleton)
-    lengths = np.linalg.norm(skeleton.offsets, axis=-1)
     legs = leg_roots(skeleton)
-    starts = legs if legs is not None else (hips,)
-    tallest = 0.0
-    for start in starts:
-        reach = {start: 0.0}
-        for joint in range(start + 1, skeleton.joint_count):
-            parent = skeleton.parents[joint]
-            if parent in reach:
-                reach[joint] = reach[parent] + float(lengths[joint])
-        tallest = max(tallest, _to_ankle(skeleton, start, reach))
-    return tallest if tallest > 0 else float(max(lengths.sum(), 1e-9))
+    starts = legs if legs is not None else (hips_joint(skeleton),)
+    tallest = max(_leg_length(skeleton, start) for start in starts)
+    return tallest if tallest > 0 else float(max(np.linalg.norm(skeleton.offsets, axis=-1).sum(), 1e-9))
+
+
+def _leg_length(skeleton: Skeleton, start: int) -> float:
+    lengths = np.linalg.norm(skeleton.offsets, axis=-1)
+    reach = {start: 0.0}
+    for joint in range(start + 1, skeleton.joint_count):
+        parent = skeleton.parents[joint]
+        if parent in reach:
+            reach[joint] = reach[parent] + float(lengths[joint])
+    return _to_ankle(skeleton, start, reach)
 
 
 def _to_ankle(skeleton: Skeleton, start: int, reach: dict[int, float]) -> float:

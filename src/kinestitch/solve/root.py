@@ -17,7 +17,7 @@ import numpy as np
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_about_axis, quat_conjugate, quat_multiply, quat_rotate
 from kinestitch.core.skeleton import Skeleton
-from kinestitch.rig.hips import hips_joint, leg_roots
+from kinestitch.rig.hips import hip_line, hips_joint
 
 GROUND = (0, 2)
 _STILL = 1e-4  # m and rad; what moves less is a static dummy above the hips
@@ -136,10 +136,9 @@ def seam_yaw(skeleton: Skeleton, left: Array, right: Array) -> float:
     mean /= max(float(np.linalg.norm(mean)), 1e-12)
     if np.hypot(mean[1], mean[3]) >= _FLAT:
         return float(2 * np.arctan2(mean[1], mean[3]))
-    legs = leg_roots(skeleton)
-    if legs is None:
+    line = hip_line(skeleton)
+    if line is None:
         return 0.0
-    line = skeleton.offsets[legs[0]] - skeleton.offsets[legs[1]]
     a, b = quat_rotate(left, line).sum(axis=0), quat_rotate(right, line).sum(axis=0)
     return float(np.arctan2(-a[2], a[0]) - np.arctan2(-b[2], b[0]))
 
