@@ -46,8 +46,10 @@ def mirror_pairs(skeleton: Skeleton) -> tuple[int, ...]:
     place = {name: index for index, name in enumerate(skeleton.names)}
 
     def other(index: int, name: str) -> int:
-        swapped = _OTHER.get(name[:1], "") + name[1:]
-        return place.get(mirrored_name(name), place.get(swapped, index))
+        mirrored = mirrored_name(name)
+        if mirrored == name:
+            mirrored = _OTHER.get(name[:1], "") + name[1:]
+        return place.get(mirrored, index)
 
     return tuple(other(index, name) for index, name in enumerate(skeleton.names))
 
