@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+TALLEST = 2.4
+"""Inches that a body height takes at most, however few poses there are."""
 SUFFIXES = (".png", ".svg", ".pdf")
 COLOURS = {"left": "#2f6fa7", "right": "#d9822b", "torso": "#5b6168"}
 PASTED = ("#8e5aa8", "#3f8f6b", "#b0446c")
-"""Left is blue and right is orange for every kind of colour vision; pasted segments are marked in these colours in turn."""
+"""Blue and orange part left from right for every kind of colour vision; pasted segments take these colours in turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +99,11 @@ def filmstrip_figure(
     marks : frames a row where a dashed line shall stand (seams)
     segments : ``(start, stop[, label[, colour]])`` a row, half-open frames: where a stitched result shows another clip
     view : ``front``, ``side``, ``three-quarter``, ``back``, or the camera's azimuth in degrees (0 front, 90 side)
-    travel : place the figures where they really stand along the strip; otherwise the root is taken back to each pose's place
+    travel : figures stand where they really are along the strip; otherwise each is taken back to its own place in a row
     width : inches; the height follows
 
-    Raises ParameterError (no motion, poses < 1, unknown view, lists of another length than the rows) and RangeError (a pose,
-    mark or segment outside its motion).
+    Raises ParameterError (no motion, poses < 1, unknown view, lists of another length than the rows) and RangeError (a
+    pose, mark or segment outside its motion).
     """
     from matplotlib.figure import Figure
 
@@ -114,18 +116,19 @@ def filmstrip_figure(
     drawn = [
         _row(
             motion,
-            poses,
-            view,
-            motion.name if labels is None else labels[i],
-            () if marks is None else marks[i],
-            () if segments is None else segments[i],
+            _pose_frames(motion, poses),
+            view=view,
+            label=motion.name if labels is None else labels[i],
+            marks=() if marks is None else marks[i],
+            segments=() if segments is None else segments[i],
         )
         for i, motion in enumerate(rows)
     ]
     layout = _layout(drawn, travel)
     top = 0.42 if title else 0.12
-    unit = (width - 0.5) / layout.width
-    heights = [layout.height * unit + (0.62 if row.segments else 0.42) for row in drawn]
+    unit = min((width - 0.5) / layout.width, TALLEST)
+    layout = replace(layout, width=(width - 0.5) / unit)
+    heights = [layout.height * unit + 0.18 + _below(row) for row in drawn]
     figure = Figure(figsize=(width, sum(heights) + top), dpi=dpi)
     if title:
         figure.text(0.25 / width, 1 - 0.14 / (sum(heights) + top), title, va="top", fontsize=12, fontweight="bold")
@@ -136,6 +139,11 @@ def filmstrip_figure(
         axes = figure.add_axes((0, base / total, 1, height / total))
         _draw_row(axes, row, layout, unit, (width, height))
     return figure
+
+
+def _below(row: _Row) -> float:
+    """Room under the ground line in inches: frame numbers, and the words of segments if there are any."""
+    return 0.42 if any(stretch.label for stretch in row.segments) else 0.24
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,13 +158,13 @@ class _Layout:
 
 def _row(
     motion: Motion,
-    poses: int | Sequence[int],
+    frames: Array,
+    *,
     view: str | float,
     label: str,
     marks: Sequence[int],
     segments: Sequence[tuple[Any, ...] | Stretch],
 ) -> _Row:
-    frames = _pose_frames(motion, poses)
     stretches = tuple(s if isinstance(s, Stretch) else Stretch(*s) for s in segments)
     for frame in (*marks, *(s.start for s in stretches), *(s.stop for s in stretches)):
         if not 0 <= frame <= motion.frames:
@@ -210,7 +218,7 @@ def _places(row: _Row, layout: _Layout) -> Array:
     """Where along the strip each pose's root stands (P,), in body heights."""
     if layout.travel:
         across = row.paper[:, 0, 0]
-        return layout.margin + across - across.min()
+        return across - across.min() + (layout.width - float(np.ptp(across))) / 2
     if len(row.frames) == 1:
         return np.array([layout.width / 2])
     return np.linspace(layout.margin, layout.width - layout.margin, len(row.frames))
@@ -218,7 +226,7 @@ def _places(row: _Row, layout: _Layout) -> Array:
 
 def _draw_row(axes: Axes, row: _Row, layout: _Layout, unit: float, size: tuple[float, float]) -> None:
     width, height = size
-    below = 0.42 if row.segments else 0.24
+    below = _below(row)
     axes.set_xlim(-0.25 / unit, (width - 0.25) / unit)
     axes.set_ylim(-below / unit - 0.05, (height - below) / unit - 0.05)
     axes.set_axis_off()

@@ -35,7 +35,7 @@ class Part:
 
 
 def with_tips(skeleton: Skeleton) -> Skeleton:
-    """The skeleton with a joint of its own at every leaf's tip, so that hands, toes and heads of a BVH file have an end."""
+    """The skeleton with a joint of its own at every leaf's tip: hands, toes and heads of a BVH file get their ends."""
     leaves = [j for j in range(skeleton.joint_count) if np.isfinite(skeleton.tips[j]).all()]
     return Skeleton(
         (*skeleton.names, *(f"{skeleton.names[j]}_tip" for j in leaves)),
@@ -70,7 +70,7 @@ def anchor(skeleton: Skeleton) -> int:
 
 
 def body_height(positions: Array) -> float:
-    """How tall the body of (F, J, 3) m is: the 90th percentile over frames of its height, or half its width if that is more."""
+    """Height in m of a body of (F, J, 3) m: the 90th percentile of its frames' heights, or half its width if larger."""
     extent = np.percentile(np.ptp(positions, axis=1), 90, axis=0)
     height = max(float(extent[1]), 0.5 * float(extent.max()))
     return height if height > 1e-6 else 1.0
@@ -92,7 +92,7 @@ def _limb(
 
 
 def _limb_tops(skeleton: Skeleton) -> tuple[list[int], list[int]]:
-    """Where arms and legs begin: joints of one side on a parent of neither, past a collar bone, at least two bones long."""
+    """Where arms and legs begin: sided joints on a parent without side, past a collar bone, two bones long or more."""
     pairs = mirror_pairs(skeleton)
     arms: list[int] = []
     legs: list[int] = []
@@ -164,7 +164,7 @@ def _loose(skeleton: Skeleton, parent: int, joint: int, side: str) -> list[Part]
 
 
 def outline(part: Part, points: Array, height: float) -> Array:
-    """The part's outline (K, 2) on paper from the projected joints (J, 2 or 3) of one pose; `height` of the body in m."""
+    """Outline (K, 2) of a part on paper from one pose's projected joints (J, 2 or 3); `height` is the body's, in m."""
     centres = points[list(part.joints), :2]
     if part.radii[0] < 0:
         radius = 0.52 * np.linalg.norm(centres[-1] - centres[0])

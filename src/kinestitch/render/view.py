@@ -12,7 +12,7 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import ParameterError
 from kinestitch.render.mannequin import left_joints
 
-VIEWS = {"front": (0.0, 0.0), "side": (90.0, 0.0), "three-quarter": (52.0, 8.0), "back": (180.0, 0.0)}
+VIEWS = {"front": (0.0, 0.0), "side": (90.0, 0.0), "three-quarter": (52.0, 6.0), "back": (180.0, 0.0)}
 """Azimuth (0: the figure faces us, 90: it faces right) and elevation of each named view, in degrees."""
 
 
@@ -30,7 +30,7 @@ class View:
 
 
 def facing(skeleton: Skeleton, positions: Array) -> Array:
-    """Unit horizontal vector (3,) that the body of (F, J, 3) m faces on average; its travel, else +Z, if it has no sides."""
+    """Unit horizontal vector (3,) that a body of (F, J, 3) m faces on average; travel, else +Z, if it has no sides."""
     pairs = np.array(mirror_pairs(skeleton))
     left = left_joints(skeleton)
     if left:
@@ -54,7 +54,7 @@ def view_of(forward: Array, view: str | float) -> View:
             raise ParameterError(f"Expected a view out of {', '.join(VIEWS)} or degrees, got {view!r}.")
         azimuth, elevation = np.radians(VIEWS[view])
     else:
-        azimuth, elevation = np.radians([float(view), 8.0])
+        azimuth, elevation = np.radians([float(view), 6.0])
     left = np.cross([0.0, 1.0, 0.0], forward)
     right = np.cos(azimuth) * left + np.sin(azimuth) * forward
     level = np.cos(azimuth) * forward - np.sin(azimuth) * left

@@ -50,7 +50,8 @@ def sample(name: str, *, fps: float = 60.0) -> Motion:
 def sample_contacts(name: str, *, fps: float = 60.0) -> dict[str, NDArray[bool_]]:
     """The truth about the feet of a sample: for each foot joint the frames (F,) in which the clip holds it still.
 
-    ``…Foot`` is held while the whole sole stands, ``…ToeBase`` while the sole or the ball of the foot does. Raises as `sample`.
+    ``…Foot`` is held while the whole sole stands, ``…ToeBase`` while the sole or the ball of the foot does. Raises as
+    :func:`sample`.
     """
     from kinestitch.samples.build import frame_times
     from kinestitch.samples.humanoid import PREFIX

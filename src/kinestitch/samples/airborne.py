@@ -1,4 +1,4 @@
-"""Bodies in the air: the hips of a jump follow a parabola between take-off and landing, and meet the ground smoothly."""
+"""Bodies in the air: the hips of a jump follow a parabola between take-off and landing, and sink into it softly."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kinestitch.core.rotation import Array
 from kinestitch.samples.curves import Curve, pieces, through
 
 GRAVITY = 9.81
@@ -17,9 +18,9 @@ def hops(
 ) -> Curve:
     """Height (F, 1) m of the hips over several jumps.
 
-    flights : rows ``(take-off s, landing s, height at take-off m, height at landing m)``; the parabola follows from them
-    grounded : the keys ``(time, height)`` before, between and after the flights, one list more than flights; the first list
-        starts and the last one ends at rest
+    flights : rows ``(take-off s, landing s, height at take-off m, height at landing m)``; the parabola follows
+    grounded : the keys ``(time, height)`` before, between and after the flights, one list more than flights; the
+        first list starts and the last one ends at rest
     """
     bounds, curves = [grounded[0][0][0]], []
     rest = np.zeros((2, 1))
@@ -41,7 +42,7 @@ def hops(
 def beside(horizontal: Curve, height: Curve) -> Curve:
     """Position (F, 3) from x and z (F, 2) and a height (F, 1)."""
 
-    def at(t):
+    def at(t: Array) -> Array:
         ground = horizontal(t)
         return np.stack([ground[:, 0], height(t)[:, 0], ground[:, 1]], axis=-1)
 

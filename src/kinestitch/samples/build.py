@@ -78,7 +78,7 @@ def frame_times(seconds: float, fps: float) -> Array:
 
 
 def torso_turn(degrees: Array) -> Array:
-    """Rotations (F, 4) from (F, 3) degrees: turn to the left about Y, lean forward about X, tip to the right about Z."""
+    """Rotations (F, 4) from (F, 3) degrees: turn left about Y, lean forward about X, tip to the right about Z."""
     turn, lean, tip = np.radians(degrees).T
     return quat_multiply(quat_multiply(quat_about_axis(1, turn), quat_about_axis(0, lean)), quat_about_axis(2, tip))
 
@@ -102,12 +102,12 @@ def perform(plan: Choreography, fps: float, name: str) -> Motion:
     for side, arm in (("Left", plan.left_arm), ("Right", plan.right_arm)):
         _pose_arm(Motion(skeleton, translations, quat_normalize(rotations), fps), side, arm, t, rotations)
         _curl_fingers(side, plan.fists, rotations)
+    outwards = plan.knees(t) * [1.0, -1.0]
     for side, foot, knee in (("Left", plan.left_foot, 0), ("Right", plan.right_foot, 1)):
-        draft = Motion(skeleton, translations, quat_normalize(rotations), fps)
-        _pose_leg(draft, side, foot, plan.knees(t)[:, knee], t, rotations)
-    pinned = translations.copy()
-    pinned[:, 1:] = skeleton.offsets[1:]
-    return Motion(skeleton, pinned, quat_normalize(rotations), fps, name)
+        state = foot.state(t)
+        state = np.column_stack([state, state[:, 4] + outwards[:, knee]])
+        _pose_leg(Motion(skeleton, translations, quat_normalize(rotations), fps), side, state, foot.toes(t), rotations)
+    return Motion(skeleton, translations, quat_normalize(rotations), fps, name)
 
 
 def _chain(rotations: Array, names: tuple[str, ...]) -> Array:
@@ -128,10 +128,7 @@ def _mirrored(q: Array) -> Array:
 
 
 def _pose_arm(draft: Motion, side: str, arm: Swing | Reach, t: Array, rotations: Array) -> None:
-    if isinstance(arm, Swing):
-        parts = _swung(arm.angles(t))
-    else:
-        parts = _reaching(draft, side, arm.wrist(t))
+    parts = _swung(arm.angles(t)) if isinstance(arm, Swing) else _reaching(draft, side, arm.wrist(t))
     for name, local in zip(("Shoulder", "Arm", "ForeArm"), parts, strict=True):
         rotations[:, joint(side + name)] = _mirrored(local) if side == "Right" else local
 
@@ -155,18 +152,22 @@ def _reaching(draft: Motion, side: str, wrist: Array) -> tuple[Array, Array, Arr
     offset = neck + wrist[:, :3] - shoulder
     distance = np.linalg.norm(offset, axis=1, keepdims=True)
     offset = offset * (_soft_limit(distance) / distance)
-    swivel = np.radians(wrist[:, 3])
-    elbow = np.stack([np.sin(swivel), -np.cos(swivel), np.zeros(len(swivel))], axis=1)
-    aim = np.broadcast_to([0.0, 0.0, 1.0], elbow.shape)
-    upper, fore = UPPER_ARM / np.sqrt(2), FOREARM / np.sqrt(2)
-    bent, hand = upper * (aim + elbow), upper * (aim + elbow) + fore * (aim - elbow)
-    hinge = np.cross(aim, elbow)
-    arm = matrix_to_quat(np.stack([(aim + elbow) / np.sqrt(2), hinge, np.cross((aim + elbow) / np.sqrt(2), hinge)], axis=-1))
-    forearm = matrix_to_quat(np.stack([(aim - elbow) / np.sqrt(2), hinge, np.cross((aim - elbow) / np.sqrt(2), hinge)], axis=-1))
-    turns = two_bone_ik(np.zeros_like(bent), bent, hand, offset)
-    arm, forearm = quat_multiply(turns[0], arm), quat_multiply(turns[1], forearm)
+    bones, joints = _elbow_pose(np.radians(wrist[:, 3]))
+    turns = two_bone_ik(*joints, offset)
+    arm, forearm = (quat_multiply(turn, bone) for turn, bone in zip(turns, bones, strict=True))
     collar = quat_identity((len(wrist),))
     return collar, quat_multiply(quat_conjugate(chest), arm), quat_multiply(quat_conjugate(arm), forearm)
+
+
+def _elbow_pose(swivel: Array) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
+    """A left arm that points forwards with its elbow at a right angle: its bones' rotations, and its three joints."""
+    aim = np.broadcast_to([0.0, 0.0, 1.0], (len(swivel), 3))
+    elbow = np.stack([np.sin(swivel), -np.cos(swivel), np.zeros(len(swivel))], axis=1)
+    hinge = np.cross(aim, elbow)
+    along = [(aim + elbow) / np.sqrt(2), (aim - elbow) / np.sqrt(2)]
+    bones = [matrix_to_quat(np.stack([bone, hinge, np.cross(bone, hinge)], axis=-1)) for bone in along]
+    bent = UPPER_ARM * along[0]
+    return (bones[0], bones[1]), (np.zeros_like(bent), bent, bent + FOREARM * along[1])
 
 
 def _soft_limit(distance: Array) -> Array:
@@ -175,12 +176,13 @@ def _soft_limit(distance: Array) -> Array:
     return np.where(distance < start, distance, start + room * np.tanh((distance - start) / room))
 
 
-def _pose_leg(draft: Motion, side: str, foot: Footwork, outwards: Array, t: Array, rotations: Array) -> None:
-    """Thigh, shin, foot and toes of one leg: the ankle exactly where the footwork wants it, the knee over the foot."""
+def _pose_leg(draft: Motion, side: str, state: Array, toes: Array, rotations: Array) -> None:
+    """Thigh, shin, foot and toes of one leg: the ankle exactly where the footwork wants it, the knee over the foot.
+
+    state : (F, 6) ankle m, pitch and yaw of the foot and yaw of the knee in degrees; toes : (F,) degrees
+    """
     world = world_pose(draft)
-    state = foot.state(t)
-    sign = 1.0 if side == "Left" else -1.0
-    facing = quat_about_axis(1, np.radians(state[:, 4] + sign * outwards))
+    facing = quat_about_axis(1, np.radians(state[:, 5]))
     hip, pelvis = world.positions[:, joint(side + "UpLeg")], world.rotations[:, joint("Hips")]
     bend = np.radians(20.0)
     knee = hip + quat_rotate(facing, np.array([0.0, -THIGH * np.cos(bend), THIGH * np.sin(bend)]))
@@ -192,4 +194,4 @@ def _pose_leg(draft: Motion, side: str, foot: Footwork, outwards: Array, t: Arra
     rotations[:, joint(side + "UpLeg")] = quat_multiply(quat_conjugate(pelvis), thigh)
     rotations[:, joint(side + "Leg")] = quat_multiply(quat_conjugate(thigh), shin)
     rotations[:, joint(side + "Foot")] = quat_multiply(quat_conjugate(shin), sole)
-    rotations[:, joint(side + "ToeBase")] = quat_about_axis(0, -np.radians(foot.toes(t)))
+    rotations[:, joint(side + "ToeBase")] = quat_about_axis(0, -np.radians(toes))

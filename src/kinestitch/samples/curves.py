@@ -65,7 +65,7 @@ def summed(*curves: Curve) -> Curve:
 
 
 def through(times: Sequence[float], points: ArrayLike, start: ArrayLike, end: ArrayLike) -> Curve:
-    """Fifth-degree spline through `points` (N, C) at `times` (N,), with given velocity and acceleration (2, C) at both ends.
+    """Fifth-degree spline through `points` (N, C) at `times` (N,); velocity and acceleration (2, C) given at both ends.
 
     With two points it is the minimum-jerk path between two states.
     """
@@ -78,7 +78,7 @@ def through(times: Sequence[float], points: ArrayLike, start: ArrayLike, end: Ar
 
 
 def pieces(bounds: Sequence[float], curves: Sequence[Curve]) -> Curve:
-    """Curves one after the other: `curves[i]` from `bounds[i]` to `bounds[i + 1]`; the first and last reach on outwards."""
+    """Curves one after the other: `curves[i]` from `bounds[i]` to `bounds[i + 1]`; first and last reach on outwards."""
 
     def at(t: Array) -> Array:
         index = np.clip(np.searchsorted(bounds, t, side="right") - 1, 0, len(curves) - 1)

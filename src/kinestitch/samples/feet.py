@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinestitch.core.rotation import Array, quat_about_axis, quat_multiply, quat_rotate
 from kinestitch.samples.curves import Curve, ease, through
@@ -19,8 +21,8 @@ class Stance:
     """One contact of a foot with the floor.
 
     x, z : m, the ball of the foot, fixed as long as the heel or the whole sole does not carry alone
-    roll : rows ``(time s, pitch deg, yaw deg)``: pitch > 0 stands on the heel with the toes up, < 0 on the ball with the heel
-        up; the first row is the touch-down, the last the take-off; between rows the foot eases from one to the next
+    roll : rows ``(time s, pitch deg, yaw deg)``: pitch > 0 stands on the heel with the toes up, < 0 on the ball with
+        the heel up; the first row is the touch-down, the last the take-off; the foot eases from row to row
     """
 
     x: float
@@ -42,7 +44,7 @@ class Stance:
         table = np.array(self.roll)
         values = np.repeat(table[:1, 1:], len(t), axis=0)
         last = len(table) - 2
-        for i, (a, b) in enumerate(zip(table[:-1], table[1:], strict=True)):
+        for i, (a, b) in enumerate(pairwise(table)):
             s = (t - a[0]) / (b[0] - a[0])
             share = ease(s)
             if i == 0 and a[1] != 0:
@@ -81,7 +83,7 @@ def foot_turn(pitch: Array, yaw: Array) -> Array:
 class Footwork:
     """A foot's whole part: its stances in order, and for each swing between two of them the points it passes.
 
-    swings : for each pair of neighbouring stances rows ``(time, x, y, z, pitch, yaw)`` of the ankle, in s, m and degrees
+    swings : for each pair of neighbouring stances rows ``(time, x, y, z, pitch, yaw)`` of the ankle, s, m and degrees
     """
 
     stances: tuple[Stance, ...]
@@ -99,7 +101,7 @@ class Footwork:
         return values
 
     def toes(self, t: Array) -> Array:
-        """How far the toes bend up against the foot (F,) in degrees, so that they lie flat where the foot stands on its ball."""
+        """How far the toes bend up (F,) in degrees, so that they lie flat where the foot stands on its ball."""
         pitch = self.state(t)[:, 3]
         weight = np.zeros(len(t))
         for i, stance in enumerate(self.stances):
@@ -112,7 +114,7 @@ class Footwork:
             weight = np.maximum(weight, rise * fall)
         return weight * np.maximum(-pitch, 0.0)
 
-    def contacts(self, t: Array) -> tuple[Array, Array]:
+    def contacts(self, t: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Whether the whole sole stands still (F,) and whether the ball of the foot does (F,)."""
         sole = np.zeros(len(t), dtype=bool)
         ball = np.zeros(len(t), dtype=bool)

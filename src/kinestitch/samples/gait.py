@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinestitch.samples.feet import Footwork, Stance
@@ -14,7 +13,7 @@ class Gait:
 
     period : s; speed : m/s, forwards (+Z)
     roll : rows ``(share, pitch deg)`` from touch-down to take-off
-    swing : rows ``(share, y m, z m, pitch deg)`` of the ankle between take-off and the next touch-down, z seen from the hips
+    swing : rows ``(share, y m, z m, pitch deg)`` of the ankle between take-off and touch-down, z seen from the hips
     ahead : m, how far before the hips the ball of the foot is set down
     apart : m, half the distance between the feet; toes_out : degrees
     """
@@ -28,7 +27,7 @@ class Gait:
     toes_out: float
 
     def footwork(self, side: float, start: float, seconds: float) -> Footwork:
-        """The left (`side` 1) or right (−1) foot, whose touch-downs fall at `start` plus whole periods, for `seconds`."""
+        """The left (`side` 1) or right (−1) foot, which touches down at `start` plus whole periods, for `seconds`."""
         first = -2
         count = int(seconds / self.period) + 5
         downs = [start + (first + k) * self.period for k in range(count)]
@@ -43,7 +42,7 @@ class Gait:
         )
         return Footwork(stances, tuple(self._passing(side, down, yaw) for down in downs[:-1]))
 
-    def _passing(self, side: float, down: float, yaw: float) -> Sequence[tuple[float, ...]]:
+    def _passing(self, side: float, down: float, yaw: float) -> tuple[tuple[float, ...], ...]:
         rows = []
         for share, y, z, pitch in self.swing:
             time = down + share * self.period

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
+
 from kinestitch.core.skeleton import Skeleton
 
 PREFIX = "mixamorig:"
@@ -59,7 +61,8 @@ def humanoid() -> Skeleton:
     """The skeleton that all samples share: 33 joints, metres, Y up, facing +Z, every rest rotation the identity.
 
     Segment lengths are Winter's shares of body height (thigh 0.245, shank 0.246, ankle 0.039, upper arm 0.186, forearm
-    0.146, shoulder height 0.818; D. A. Winter, Biomechanics and Motor Control of Human Movement, after Drillis and Contini).
+    0.146, shoulder height 0.818): D. A. Winter, Biomechanics and Motor Control of Human Movement, after Drillis and
+    Contini.
     """
     rows = [(name, parent, offset) for name, parent, offset in _MIDDLE]
     for side, sign in (("Left", 1.0), ("Right", -1.0)):
@@ -72,7 +75,7 @@ def humanoid() -> Skeleton:
     return Skeleton(
         tuple(PREFIX + name for name, _, _ in rows),
         tuple(place.get(parent, -1) for _, parent, _ in rows),
-        [offset for _, _, offset in rows],
+        np.array([offset for _, _, offset in rows]),
     )
 
 

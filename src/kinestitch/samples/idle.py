@@ -9,6 +9,15 @@ from kinestitch.samples.feet import planted
 SECONDS = 4.0
 BREATH = 2.0
 
+_HEAD = (
+    (0.0, 0.0, 2.0, 0.0),
+    (0.9, 12.0, 1.0, -1.5),
+    (1.7, 13.0, 1.0, -1.5),
+    (2.6, -9.0, 3.0, 1.5),
+    (3.2, -9.0, 3.0, 1.5),
+    (4.0, 0.0, 2.0, 0.0),
+)
+
 
 def choreography() -> Choreography:
     """Two breaths; the weight lies on the left leg first and on the right one after the middle, then comes back."""
@@ -24,14 +33,7 @@ def choreography() -> Choreography:
             cycle(BREATH, (0.0,), (0.0, -1.8, 0.4), (0.0,)),
         ),
         head=keyed(
-            [
-                (0.0, 0.0, 2.0, 0.0),
-                (0.9, 12.0, 1.0, -1.5),
-                (1.7, 13.0, 1.0, -1.5),
-                (2.6, -9.0, 3.0, 1.5),
-                (3.2, -9.0, 3.0, 1.5),
-                (4.0, 0.0, 2.0, 0.0),
-            ],
+            _HEAD,
             smooth=0.10,
         ),
         left_arm=Swing(

@@ -28,7 +28,7 @@ GAIT = Gait(
 
 
 def choreography() -> Choreography:
-    """The left foot lands at 0; the body sinks until mid-stance, is thrown up, and flies at its highest between steps."""
+    """The left foot lands at 0; the body sinks until mid-stance, is thrown up, and is highest between steps."""
     return Choreography(
         seconds=SECONDS,
         hips=summed(

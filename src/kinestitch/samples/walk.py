@@ -42,4 +42,6 @@ def choreography() -> Choreography:
 
 def _arm(forward: float) -> Curve:
     """Forward swing peaks at the share `forward` of the cycle; the elbow bends most a moment later."""
-    return cycle(PERIOD, (3.0, 23.0, forward), (7.0, 1.5, forward + 0.25), (12.0, 4.0, forward), (24.0, 12.0, forward + 0.06))
+    return cycle(
+        PERIOD, (3.0, 23.0, forward), (7.0, 1.5, forward + 0.25), (12.0, 4.0, forward), (24.0, 12.0, forward + 0.06)
+    )
