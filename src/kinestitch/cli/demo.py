@@ -1,0 +1,105 @@
+"""The verb ``demo``: the main job on clips that need no download, and everything one can look at afterwards."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from kinestitch.cli.console import console, progress
+from kinestitch.cli.options import FILE
+from kinestitch.errors import OutputError
+
+if TYPE_CHECKING:
+    from kinestitch.core.motion import Motion
+    from kinestitch.edit import Timeline
+    from kinestitch.solve.stitch import Solved
+
+CUT, PASTED = (72, 124), (36, 112)
+"""The walk lifts its right foot at 72; so does the kick at 36. Both stand on both feet again at the ends."""
+
+CLIPS = ("walk.bvh", "kick.bvh")
+DOCUMENT = "walk_kick.otio"
+RESULTS = ("walk_kick.bvh", "walk_kick.glb", DOCUMENT, "walk_kick_plot.png", "walk_kick_filmstrip.png")
+JOINT = "RightUpLeg"
+
+
+@click.command()
+@click.argument("folder", metavar="[DIR]", default="kinestitch-demo", type=FILE)
+def demo(folder: str) -> None:
+    """Paste a kick into a walk and write everything there is to see into DIR (kinestitch-demo).
+
+    Both clips are made by code, so nothing is downloaded: walk.bvh and kick.bvh, the result as walk_kick.bvh and
+    walk_kick.glb, the edit as walk_kick.otio, a plot of the kicking leg, and a filmstrip.
+    """
+    target = Path(folder)
+    _make_folder(target)
+    with progress(6) as step:
+        from kinestitch.analysis.quality import report
+        from kinestitch.edit import replace, save_document
+        from kinestitch.edit.timeline import timeline
+        from kinestitch.files import write
+        from kinestitch.samples import sample
+        from kinestitch.solve.stitch import solve_timeline
+
+        step("making two clips")
+        clips = {"walk": sample("walk"), "kick": sample("kick")}
+        for name in CLIPS:
+            write(clips[Path(name).stem], target / name)
+        line = replace(timeline(clips, "walk"), *CUT, "kick", *PASTED)
+        step("solving the seams")
+        solved = solve_timeline(line, clips)
+        numbers = dict(report(solved))
+        step("writing the result")
+        for suffix in (".bvh", ".glb"):
+            write(solved.motion, target / f"walk_kick{suffix}")
+        sources = {Path(name).stem: target / name for name in CLIPS}
+        save_document(line, target / DOCUMENT, sources=sources)
+        step("drawing")
+        _draw(clips, line, solved, target)
+    _tell(solved, numbers, target)
+
+
+def _make_folder(target: Path) -> None:
+    """Make the folder; files of the same names are replaced only where an earlier demo left them."""
+    if target.exists() and not target.is_dir():
+        raise OutputError(f"Expected a folder, got a file. Choose another name. ({target})")
+    found = [name for name in (*CLIPS, *RESULTS) if (target / name).exists()]
+    if found and not (target / DOCUMENT).exists():
+        raise OutputError(f"Expected a folder without {found[0]}, which would be replaced. Choose another. ({target})")
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"Expected a folder that can be made, got: {error.strerror}. ({target})") from error
+
+
+def _draw(clips: dict[str, Motion], line: Timeline, solved: Solved, target: Path) -> None:
+    from kinestitch.analysis.plots import plot_joint
+    from kinestitch.cli.pictures import find_joint, pasted_stretches
+    from kinestitch.render.filmstrip import filmstrip
+
+    seams = [seam.frame for seam in solved.seams]
+    joint = find_joint(solved.motion, JOINT)
+    plot_joint(solved.motion, joint, target / RESULTS[3], before=solved.cut, seams=seams)
+    filmstrip(
+        [clips["walk"], clips["kick"], solved.motion],
+        target / RESULTS[4],
+        poses=15,
+        labels=["walk", "kick", "walk with the kick pasted in"],
+        marks=[(), (), seams],
+        segments=[(), (), pasted_stretches(line)],
+    )
+
+
+def _tell(solved: Solved, numbers: dict[str, object], target: Path) -> None:
+    from kinestitch.cli.seam_table import show_seams
+
+    show_seams(solved, numbers, str(target / RESULTS[0]))
+    out = console()
+    for name in RESULTS[1:]:
+        out.print(target / name)
+    paths = [str(target / name) for name in CLIPS]
+    place, source = f"{CUT[0]}:{CUT[1]}", f"{PASTED[0]}:{PASTED[1]}"
+    out.print("\nThe same by hand, and with your own clips:")
+    out.print(f"  kinestitch stitch {paths[0]} --replace {place} {paths[1]}@{source} -o {target / 'mine.bvh'}")

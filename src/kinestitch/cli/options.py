@@ -1,0 +1,84 @@
+"""Kinds of options: ranges, clips with a range, and commands that remember the order of their options."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from kinestitch.errors import ParameterError
+
+_ORDER = "kinestitch.order"
+
+
+class OrderedCommand(click.Command):
+    """A command that remembers in which order options of different names were given."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        order = self.make_parser(ctx).parse_args(args=list(args))[2]
+        ctx.meta[_ORDER] = [parameter.name for parameter in order]
+        return super().parse_args(ctx, args)
+
+
+def in_order(ctx: click.Context, names: tuple[str, ...]) -> list[tuple[str, Any]]:
+    """(name, value) of every use of these repeatable options, as they stood on the command line."""
+    values = {name: iter(ctx.params[name]) for name in names}
+    return [(name, next(values[name])) for name in ctx.meta[_ORDER] if name in values]
+
+
+class RangeType(click.ParamType):
+    """Frames ``60:110`` as (60, 110)."""
+
+    name = "range"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        from kinestitch.edit import parse_range
+
+        try:
+            return value if isinstance(value, tuple) else parse_range(value)
+        except ParameterError as error:
+            self.fail(str(error), param, ctx)
+
+
+class ClipType(click.ParamType):
+    """A clip and maybe a range of it, ``PATH@20:75``, as (path, 20, 75); only a trailing ``@a:b`` counts."""
+
+    name = "clip"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, int | None, int | None]:
+        from kinestitch.edit import parse_source
+
+        if isinstance(value, tuple):
+            return value
+        if value.startswith("-") and not Path(parse_source(value)[0]).exists():
+            self.fail(f"Expected PATH@START:STOP such as kick.fbx@20:75, got the option {value!r}.", param, ctx)
+        try:
+            return parse_source(value)
+        except ParameterError as error:
+            self.fail(str(error), param, ctx)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(incomplete, type="file")]
+
+
+class NotNegative(click.ParamType):
+    """A finite number ≥ 0."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not (math.isfinite(number) and number >= 0):
+            self.fail(f"Expected a number ≥ 0, got {value!r}.", param, ctx)
+        return number
+
+
+RANGE, CLIP, NOT_NEGATIVE, FILE = RangeType(), ClipType(), NotNegative(), click.Path()

@@ -1,0 +1,198 @@
+"""The verb ``stitch``: edits on a command line, or a document, to a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from kinestitch.cli.console import progress
+from kinestitch.cli.failures import tell
+from kinestitch.cli.inputs import Library, Opened, inputs_of, is_document
+from kinestitch.cli.options import CLIP, FILE, NOT_NEGATIVE, RANGE, OrderedCommand, in_order
+from kinestitch.cli.outputs import check_output, check_suffix
+
+if TYPE_CHECKING:
+    from kinestitch.edit import Edit, Seam
+    from kinestitch.solve.stitch import Solved
+
+EDITS = ("replace", "insert", "append", "delete")
+Step = Callable[[str], None]
+
+
+@click.command(cls=OrderedCommand, no_args_is_help=True)
+@click.argument("original", type=FILE)
+@click.option(
+    "--replace", type=(RANGE, CLIP), multiple=True, metavar="A:B REF@a:b", help="Paste REF over the frames A:B."
+)
+@click.option("--insert", type=(int, CLIP), multiple=True, metavar="N REF@a:b", help="Put REF in front of frame N.")
+@click.option("--append", type=CLIP, multiple=True, metavar="REF@a:b", help="Put REF at the end.")
+@click.option("--delete", type=RANGE, multiple=True, metavar="A:B", help="Take the frames A:B out.")
+@click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of all seams.  [default: 0.1]")
+@click.option(
+    "--lambda", "stiffness", type=NOT_NEGATIVE, metavar="X", help="The same as the method's own λ = (seconds · fps)⁴."
+)
+@click.option(
+    "--chart",
+    type=click.Choice(["centred", "principal"]),
+    default="centred",
+    show_default=True,
+    help="Where rotation vectors are taken: around each seam, or as published.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["laplacian", "cut"]),
+    default="laplacian",
+    show_default=True,
+    help="Solve the seams, or leave the hard cut, placed on the ground.",
+)
+@click.option("--report", type=FILE, metavar="FILE.json", help="Write every seam's numbers as JSON.")
+@click.option("-o", "--output", type=FILE, required=True, metavar="OUT", help="A clip, or .otio for the edit itself.")
+@click.pass_context
+def stitch(
+    ctx: click.Context,
+    *,
+    original: str,
+    smooth: float | None,
+    stiffness: float | None,
+    chart: str,
+    method: str,
+    report: str | None,
+    output: str,
+    **_: Any,
+) -> None:
+    """Cut, paste and join clips; the seams solve themselves.
+
+    ORIGINAL is the clip that is edited (BVH, FBX, GLB), or an edit document (.otio). REF is a clip and maybe a range
+    of its frames, PATH@START:STOP; either end may be left out.
+
+    Frames count from 0; a range A:B holds the frames A to B-1. A:B and N are frames of ORIGINAL as it was before any
+    of the edits; edits at one place happen in the order they are written in. What follows an edit moves in time, and
+    its path on the ground rides along. A REF of another frame rate is resampled to ORIGINAL's.
+
+    \b
+    Examples:
+      kinestitch stitch walk.fbx --replace 60:110 kick.fbx@20:75 -o new.fbx
+      kinestitch stitch walk.bvh --append walk.bvh --append run.bvh@:90 -o go.bvh
+      kinestitch stitch walk.bvh --delete 30:50 --insert 80 jump.bvh \\
+                 --smooth 0.2 --report seams.json -o out.glb
+      kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
+      kinestitch stitch edit.otio -o out.bvh
+    """
+    edits = in_order(ctx, EDITS)
+    _check_paths(ctx, original, edits, output, report)
+    seam = _seam(ctx, smooth, stiffness)
+    with progress(len(edits) + 5) as step:
+        opened, notes = _edited(Library(step), original, edits, seam)
+        for note in notes:
+            tell("note", note)
+        if is_document(output):
+            _save(opened, output)
+        if is_document(output) and report is None:
+            solved, numbers = None, None
+        else:
+            solved, numbers = _solved(opened, chart, method, step)
+            _write(solved, numbers, None if is_document(output) else output, report, step)
+    from kinestitch.cli.seam_table import show_edit, show_seams
+
+    if solved is None or numbers is None:
+        show_edit(opened.timeline, output)
+    else:
+        show_seams(solved, numbers, output)
+
+
+def _check_paths(
+    ctx: click.Context, original: str, edits: list[tuple[str, Any]], output: str, report: str | None
+) -> None:
+    inputs = inputs_of(original) + [ref[0] for ref in map(_reference, edits) if ref is not None]
+    check_suffix(output, documents=True)
+    check_output(output, inputs)
+    if report is not None:
+        check_output(report, inputs, also=[output])
+    if is_document(output) and report is None:
+        for name in ("chart", "method"):
+            if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
+                raise click.UsageError(f"Expected no --{name} for a document, which holds the edit alone.", ctx)
+
+
+def _reference(edit: tuple[str, Any]) -> tuple[str, int | None, int | None] | None:
+    """The clip that an edit pastes, or None for a deletion."""
+    kind, value = edit
+    if kind == "delete":
+        return None
+    reference: tuple[str, int | None, int | None] = value if kind == "append" else value[1]
+    return reference
+
+
+def _seam(ctx: click.Context, smooth: float | None, stiffness: float | None) -> Seam | None:
+    from kinestitch.edit import Seam
+
+    if smooth is not None and stiffness is not None:
+        raise click.UsageError("Expected --smooth or --lambda, got both. Leave one out.", ctx)
+    return None if smooth is None and stiffness is None else Seam(stiffness, smooth)
+
+
+def _edited(
+    library: Library, original: str, edits: list[tuple[str, Any]], seam: Seam | None
+) -> tuple[Opened, list[str]]:
+    from dataclasses import replace
+
+    from kinestitch.cli.joining import drop_repeated_poses
+    from kinestitch.edit import ClipInfo, add_clip, apply_edits
+
+    line = library.open(original).timeline
+    script = []
+    for kind, value in edits:
+        reference = _reference((kind, value))
+        key = None if reference is None else library.add(reference[0])
+        if key is not None:
+            line = add_clip(line, ClipInfo(key, library.clips[key].frames, library.clips[key].fps))
+        script.append(_edit(kind, value, key))
+    line = apply_edits(line, script, seam=seam)
+    if seam is not None:
+        line = replace(line, seams=(seam,) * len(line.seams))
+    line, notes = drop_repeated_poses(line, library.clips, sum(kind == "append" for kind, _ in edits))
+    return Opened(line, library.clips, library.sources), notes
+
+
+def _edit(kind: Any, value: Any, key: str | None) -> Edit:
+    from kinestitch.edit import Edit
+
+    reference = _reference((kind, value))
+    place = (None, None) if kind == "append" else value if kind == "delete" else value[0]
+    start, stop = place if isinstance(place, tuple) else (place, None)
+    return Edit(kind, start, stop, key, *(reference[1:] if reference else ()))
+
+
+def _save(opened: Opened, output: str) -> None:
+    from kinestitch.edit import save_document
+
+    known = {info.key for info in opened.timeline.clips}
+    save_document(opened.timeline, output, sources={k: v for k, v in opened.sources.items() if k in known})
+
+
+def _solved(opened: Opened, chart: Any, method: Any, step: Step) -> tuple[Solved, dict[str, Any]]:
+    from kinestitch.analysis.quality import report
+    from kinestitch.solve.stitch import solve_timeline
+
+    step("solving the seams")
+    solved = solve_timeline(opened.timeline, opened.clips, chart=chart, method=method)
+    step("measuring the seams")
+    return solved, dict(report(solved))
+
+
+def _write(solved: Solved, numbers: dict[str, Any], output: str | None, report: str | None, step: Step) -> None:
+    """The report takes its place only after the motion has taken its own."""
+    from contextlib import ExitStack
+
+    from kinestitch.cli.seam_table import as_json
+    from kinestitch.core.atomic import replacing
+    from kinestitch.files import write
+
+    step("writing")
+    with ExitStack() as stack:
+        if report is not None:
+            stack.enter_context(replacing(report)).write(as_json(numbers).encode())
+        if output is not None:
+            write(solved.motion, output)
