@@ -29,7 +29,7 @@ def match_motion(motion: Motion, skeleton: Skeleton) -> Motion:
     """
     own = motion.skeleton
     if own is skeleton or own == skeleton:
-        return motion if own is skeleton else replace(motion, skeleton=skeleton)
+        return motion
     motion = _in_order(motion, skeleton)
     bones = _bones(skeleton)
     if not _directions_agree(motion.skeleton.offsets[bones], skeleton.offsets[bones]).all():

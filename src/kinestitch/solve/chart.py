@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinestitch.core.components import exp, join, log, multiply, split
 from kinestitch.core.rotation import (
@@ -28,7 +29,7 @@ from kinestitch.core.rotation import (
     rotvec_to_quat,
 )
 from kinestitch.errors import ParameterError
-from kinestitch.solve.seam import Cluster, seam_curves, visible_reach
+from kinestitch.solve.seam import Cluster, correction, visible_reach
 
 Chart = Literal["centred", "principal"]
 CHARTS: tuple[Chart, ...] = ("centred", "principal")
@@ -126,10 +127,19 @@ def _agree(p: Array, q: Array) -> Array:
 
 def _continuous_signs(rotations: Array) -> Array:
     """Signs (n, J) that make neighbouring frames lie in one hemisphere, +1 at the first frame."""
-    sign = np.ones(rotations.shape[:2])
-    apart = np.einsum("fji,fji->fj", rotations[1:], rotations[:-1]) < 0
-    if apart.any():
-        sign[1:] = np.cumprod(np.where(apart, -1.0, 1.0), axis=0)
+    frames, joints = rotations.shape[:2]
+    sign = np.ones((frames, joints))
+    ones = np.ones(4)
+    step = max(1, _BLOCK // joints)
+    apart = np.zeros((frames, joints), dtype=bool)
+    for start in range(1, frames, step):
+        rows = slice(start, min(start + step, frames))
+        before = slice(rows.start - 1, rows.stop - 1)
+        np.less((rotations[rows] * rotations[before]) @ ones, 0, out=apart[rows])
+    some = np.flatnonzero(apart.any(axis=0))
+    if len(some):
+        odd = np.cumsum(apart[:, some], axis=0, dtype=np.int32) & 1
+        sign[:, some] = 1.0 - 2.0 * odd
     return sign
 
 
@@ -161,14 +171,19 @@ def corrected(vectors: Array, offsets: Array, cluster: Cluster) -> Array:
 
     vectors : (3, n, J) rad of the target; offsets : (3, 2S, J) rad
     """
-    return np.add(vectors, seam_curves(cluster) @ offsets)
+    return np.add(vectors, correction(cluster, offsets))
 
 
-def solve_rotations(charted: Charted, cluster: Cluster, rotations: Array, straddling: Array) -> Array:
-    """The rotations (n, J, 4) of a cluster's window with all its seams solved (Eq. 5, 7)."""
-    curves, offsets = seam_curves(cluster), charted.offsets
+def solve_rotations(charted: Charted, cluster: Cluster, curves: Array, rotations: Array) -> NDArray[np.intp]:
+    """Solve all seams of a cluster's window in place (Eq. 5, 7).
+
+    curves : (n, 2S) of :func:`seam_curves`; rotations : (n, J, 4), the hard cut, becomes the result
+
+    Returns the indices of joints that turn almost all the way round near a seam, for which :func:`mid_tangent` is
+    the better form.
+    """
+    offsets = charted.offsets
     frames, joints = rotations.shape[:2]
-    solved = np.empty(rotations.shape)
     overturned = np.zeros(joints, dtype=bool)
     near = _near_seams(cluster)
     step = min(frames, max(1, _BLOCK // joints))
@@ -179,13 +194,11 @@ def solve_rotations(charted: Charted, cluster: Cluster, rotations: Array, stradd
         sign = None if charted.sign is None else charted.sign[rows].reshape(-1)
         vectors, sign = chart_vectors(here, split(rotations[rows].reshape(-1, 4)), sign, principal=charted.principal)
         vectors += (curves[rows] @ offsets).reshape(3, -1)
-        join(unchart(here, vectors, sign), out=solved[rows].reshape(-1, 4))
+        join(unchart(here, vectors, sign), out=rotations[rows].reshape(-1, 4))
         if near[rows].any() and not charted.principal:
             square = (vectors**2).sum(axis=0).reshape(-1, joints)[near[rows]]
             overturned |= (square > OVERTURN**2).any(axis=0)
-    if overturned.any():
-        solved[:, overturned] = mid_tangent(rotations[:, overturned], straddling[:, :, overturned], cluster)
-    return solved
+    return np.flatnonzero(overturned)
 
 
 def _near_seams(cluster: Cluster) -> np.ndarray:
@@ -196,7 +209,7 @@ def _near_seams(cluster: Cluster) -> np.ndarray:
     return near
 
 
-def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster) -> Array:
+def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: Array) -> Array:
     """The form for joints that turn almost all the way round: corrections live in the tangent at the middle of each
     gap (Eq. 13).
 
@@ -204,7 +217,7 @@ def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster) -> Array:
     d̄/2)``, the right
     side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.
 
-    rotations : (n, J, 4); straddling : (S, 4, J, 4). Returns (n, J, 4).
+    rotations : (n, J, 4); straddling : (S, 4, J, 4); curves : (n, 2S). Returns (n, J, 4).
     """
     means, gaps = [], []
     for before, after, own_before, first in straddling:
@@ -216,7 +229,6 @@ def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster) -> Array:
         means.append(mean)
         gaps.append(mean + quat_log(quat_multiply(quat_multiply(back, relative), back)))
     offsets = np.stack(gaps).reshape(2 * len(means), -1)
-    curves = seam_curves(cluster)
     out = rotations
     for seam, m in enumerate(cluster.local_frames):
         change = (curves[:, 2 * seam : 2 * seam + 2] @ offsets[2 * seam : 2 * seam + 2]).reshape(

@@ -26,12 +26,13 @@ from kinestitch.solve.chart import (
     centred_chart,
     check_chart,
     corrected,
+    mid_tangent,
     principal_chart,
     solve_rotations,
 )
 from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
 from kinestitch.solve.root import GROUND, displacement_residuals, lift_travel
-from kinestitch.solve.seam import Cluster, SeamPlace, clusters, correction, displacement_curves
+from kinestitch.solve.seam import Cluster, SeamPlace, clusters, displacement_curves, seam_curves
 
 Method = Literal["laplacian", "cut"]
 METHODS: tuple[Method, ...] = ("laplacian", "cut")
@@ -108,7 +109,9 @@ def solve_seam(placed: Placed, index: int, *, chart: Chart = "centred") -> Solve
     check_chart(chart)
     for cluster in clusters(placed.seams, placed.frames):
         if any(seam.index == index for seam in cluster.seams):
-            return _solve_cluster(placed, cluster, target_window(placed, cluster.start, cluster.stop), chart)
+            rotations, translations = target_window(placed, cluster.start, cluster.stop)
+            _solve_cluster(placed, cluster, rotations, translations, chart)
+            return SolvedWindow(cluster.start, cluster.stop, rotations, translations)
     raise ParameterError(
         "Expected a seam between segments that has something to solve "
         f"(0 to {len(placed.timeline.seams) - 1}), got {index}."
@@ -124,18 +127,20 @@ def _check(chart: str, method: str) -> None:
 def _solve_into(placed: Placed, rotations: Array, translations: Array, chart: Chart) -> None:
     for cluster in clusters(placed.seams, placed.frames):
         here = slice(cluster.start, cluster.stop)
-        window = _solve_cluster(placed, cluster, (rotations[here], translations[here]), chart)
-        rotations[here] = window.rotations
-        translations[here] = window.translations
+        _solve_cluster(placed, cluster, rotations[here], translations[here], chart)
 
 
-def _solve_cluster(placed: Placed, cluster: Cluster, target: tuple[Array, Array], chart: Chart) -> SolvedWindow:
-    rotations, translations = target
+def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translations: Array, chart: Chart) -> None:
+    """Turn a window of the hard cut, (n, J, 4) and (n, J, 3), into the result in place."""
     around = [straddling(placed, seam) for seam in cluster.seams]
     poses = np.stack([seam.rotations for seam in around])
     charted = chart_window(placed, cluster, rotations, poses, chart)
-    solved = solve_rotations(charted, cluster, rotations, poses)
-    return SolvedWindow(cluster.start, cluster.stop, solved, _solve_translations(placed, cluster, translations, around))
+    curves = seam_curves(cluster)
+    overturned = solve_rotations(charted, cluster, curves, rotations)
+    if len(overturned):
+        target = target_window(placed, cluster.start, cluster.stop)[0][:, overturned]
+        rotations[:, overturned] = mid_tangent(target, poses[:, :, overturned], cluster, curves)
+    _solve_translations(placed.carrier, cluster, curves, translations, around)
 
 
 def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart) -> Charted:
@@ -149,17 +154,17 @@ def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Arra
     return principal_chart(poses, rest)
 
 
-def _solve_translations(placed: Placed, cluster: Cluster, target: Array, around: Sequence[Straddling]) -> Array:
+def _solve_translations(
+    carrier: int, cluster: Cluster, curves: Array, translations: Array, around: Sequence[Straddling]
+) -> None:
     gaps = np.stack([seam.translations[2:] - seam.translations[:2] for seam in around])
-    gaps[..., placed.carrier, GROUND] = 0.0
-    out = target.copy()
+    gaps[..., carrier, GROUND] = 0.0
     if np.any(gaps):
         joints = np.flatnonzero(np.any(gaps, axis=(0, 1, 3)))
         offsets = gaps[:, :, joints].reshape(2 * len(around), -1)
-        out[:, joints] += correction(cluster, offsets).reshape(len(target), len(joints), 3)
+        translations[:, joints] += (curves @ offsets).reshape(len(translations), len(joints), 3)
     residuals = np.concatenate([displacement_residuals(seam.left_path, seam.right_path) for seam in around])
-    out[:, placed.carrier, GROUND] += displacement_curves(cluster) @ residuals
-    return out
+    translations[:, carrier, GROUND] += displacement_curves(cluster) @ residuals
 
 
 def _frame_above(placed: Placed) -> tuple[Array, Array]:
@@ -215,7 +220,9 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
         if chart == "centred":
             poses = rotvec_to_quat(around)
             charted = centred_chart(rotations[here], poses, cluster.local_frames)
-            rotations[here] = solve_rotations(charted, cluster, rotations[here], poses)
+            curves, target = seam_curves(cluster), rotations[here].copy()
+            joints = solve_rotations(charted, cluster, curves, rotations[here])
+            rotations[here, joints] = mid_tangent(target[:, joints], poses[:, :, joints], cluster, curves)
         else:
             gaps = (around[:, 2:] - around[:, :2]).reshape(-1, *vectors.shape[1:])
             rotations[here] = rotvec_to_quat(join(corrected(split(vectors[here]), split(gaps), cluster)))
