@@ -289,6 +289,7 @@ def _draw_pose(axes: Axes, pose: Array, parts: Sequence[Any], frame: int) -> Non
         far = np.clip((np.median(depth) - depth[index]) / max(spread, 0.1), 0, 1) * (parts[index].side != "torso")
         colours.append(np.array(to_rgb(COLOURS[parts[index].side])) * (1 - 0.35 * far) + 0.35 * far)
     shapes = [outline(parts[index], pose, 1.0) for index in order]
-    figure = PolyCollection(shapes, facecolors=colours, edgecolors="white", linewidths=0.5, zorder=3)
+    edges = [0.5 if max(map(abs, parts[index].radii)) > 0.01 else 0.12 for index in order]  # fingers stay visible
+    figure = PolyCollection(shapes, facecolors=colours, edgecolors="white", linewidths=edges, zorder=3)
     figure.set_gid(f"pose {frame}")
     axes.add_collection(figure, autolim=False)

@@ -18,16 +18,17 @@ _RATE = 480.0
 def keyed(rows: Sequence[Sequence[float]], *, smooth: float = 0.04) -> Curve:
     """Curve through rows ``(time, value, …)`` that never swings past a key, its corners rounded over `smooth` s.
 
-    Held before the first key and after the last. `smooth` is the standard deviation of the rounding.
+    At rest before the first key and after the last. `smooth` is the standard deviation of the rounding.
     """
     from scipy.interpolate import CubicSpline, PchipInterpolator
     from scipy.ndimage import gaussian_filter1d
 
-    table = np.array(rows, dtype=np.float64)
-    first, last = table[0, 0], table[-1, 0]
-    pad = 5 * smooth + 2 / _RATE
-    time = np.arange(np.floor((first - pad) * _RATE), np.ceil((last + pad) * _RATE) + 1) / _RATE
-    values = PchipInterpolator(table[:, 0], table[:, 1:], axis=0)(np.clip(time, first, last))
+    pad = 5 * smooth + 4 / _RATE
+    table = np.array([rows[0], *rows, rows[-1]], dtype=np.float64)
+    table[0, 0] -= pad
+    table[-1, 0] += pad
+    time = np.arange(np.ceil(table[0, 0] * _RATE), np.floor(table[-1, 0] * _RATE) + 1) / _RATE
+    values = PchipInterpolator(table[:, 0], table[:, 1:], axis=0)(time)
     spline = CubicSpline(time, gaussian_filter1d(values, smooth * _RATE, axis=0, mode="nearest"), axis=0)
     return lambda t: np.asarray(spline(np.clip(t, time[0], time[-1])))
 

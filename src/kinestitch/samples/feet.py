@@ -107,7 +107,7 @@ class Footwork:
         for i, stance in enumerate(self.stances):
             after = self.stances[i + 1].down if i + 1 < len(self.stances) else np.inf
             before = self.stances[i - 1].up if i > 0 else -np.inf
-            leave = min(0.14, 0.4 * (after - stance.up))
+            leave = min(0.18, 0.4 * (after - stance.up))
             arrive = min(0.14, 0.4 * (stance.down - before))
             rise = ease((t - stance.down + arrive) / arrive) if stance.roll[0][1] < 0 else t >= stance.down
             fall = ease((stance.up + leave - t) / leave)

@@ -42,10 +42,10 @@ _HEAD = (
 _LEFT_WRIST = (
     (0.0, *guard.LEFT_WRIST),
     (0.35, 0.078, 0.02, 0.385, 22),
-    (0.54, 0.08, 0.02, 0.36, 24),
-    (0.72, -0.01, 0.03, 0.69, 50),
-    (0.79, -0.005, 0.03, 0.67, 48),
-    (0.98, 0.07, 0.035, 0.37, 26),
+    (0.56, 0.08, 0.015, 0.345, 24),
+    (0.7, -0.01, 0.03, 0.71, 50),
+    (0.76, -0.005, 0.03, 0.68, 48),
+    (0.94, 0.07, 0.035, 0.37, 26),
     (1.3, *guard.LEFT_WRIST),
     (2.0, *guard.LEFT_WRIST),
 )
@@ -58,7 +58,7 @@ _RIGHT_WRIST = (
 
 
 def choreography() -> Choreography:
-    """Hardly any wind-up; the fist is out at 0.72 s, back in the guard a quarter of a second later."""
+    """Hardly any wind-up; the fist is out at 0.7 s, back in the guard a quarter of a second later."""
     return Choreography(
         seconds=SECONDS,
         hips=keyed(
