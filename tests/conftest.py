@@ -1,0 +1,27 @@
+"""What every test may use: Hypothesis profiles, and the real clips where there are some."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from kinestitch.core.motion import Motion
+from kinestitch.files import read
+
+settings.register_profile("default", deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", settings.get_profile("default"), derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+@pytest.fixture(scope="session")
+def real_clip() -> Callable[[str], Motion]:
+    """Reads a real clip by its path inside the folder of real clips, once; skips the test where there is no such folder."""
+    folder = os.environ.get("KINESTITCH_DATA")
+    if not folder:
+        pytest.skip("KINESTITCH_DATA, the folder of real clips, is not set")
+    return cache(lambda name: read(Path(folder) / name))
