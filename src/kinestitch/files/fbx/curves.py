@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from kinestitch.core.rotation import Array
 from kinestitch.errors import FormatError
 from kinestitch.files.fbx.nodes import Node
+from kinestitch.files.fbx.tangents import CUBIC, cubic_slopes
 
 Ticks = NDArray[np.int64]
-_CONSTANT, _CUBIC = 0x2, 0x8
+TICKS = 46186158000  # FBX time units in a second
+_CONSTANT = 0x2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,18 +24,18 @@ class Curve:
     times : (K,) FBX ticks
     values : (K,) the file's units (degrees, its own length unit)
     flags : (K,) how the stretch after each key runs
-    slopes : (K, 2) units per second: leaving this key, arriving at the next one
-    weights : (K, 2) length of those two handles as a share of the stretch
+    data : (K, 3) what the file says about slopes there (see :mod:`kinestitch.files.fbx.tangents`)
+    weights : (K, 2) length of the two handles of that stretch as shares of it
     """
 
     times: Ticks
     values: Array
     flags: NDArray[np.int64]
-    slopes: Array
+    data: Array
     weights: Array
 
 
-def make_curve(times: Ticks, values: Array, flags: NDArray[np.int64], slopes: Array, weights: Array) -> Curve | None:
+def make_curve(times: Ticks, values: Array, flags: NDArray[np.int64], data: Array, weights: Array) -> Curve | None:
     """Check and sort the keys; None where there are none."""
     if len(times) == 0:
         return None
@@ -43,8 +45,8 @@ def make_curve(times: Ticks, values: Array, flags: NDArray[np.int64], slopes: Ar
         order = np.argsort(times, kind="stable")
         last = np.append(np.diff(times[order]) > 0, True)
         order = order[last]
-        times, values, flags, slopes, weights = (a[order] for a in (times, values, flags, slopes, weights))
-    return Curve(times, values, flags, np.nan_to_num(slopes, posinf=0, neginf=0), weights)
+        times, values, flags, data, weights = (a[order] for a in (times, values, flags, data, weights))
+    return Curve(times, values, flags, np.nan_to_num(data, posinf=0, neginf=0), weights)
 
 
 def read_curve(node: Node) -> Curve | None:
@@ -67,7 +69,7 @@ def read_curve(node: Node) -> Curve | None:
         ],
         axis=-1,
     )
-    return make_curve(times, values, flags, data[:, :2].astype(np.float64), weights)
+    return make_curve(times, values, flags, data[:, :3].astype(np.float64), weights)
 
 
 def _attributes(node: Node, count: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
@@ -101,22 +103,21 @@ def sample(curve: Curve, ticks: Ticks) -> Array:
     flags = curve.flags[left]
     steps = inside & (flags & _CONSTANT != 0)
     out[steps] = np.where(flags[steps] & 0x100, values[right[steps]], values[left[steps]])
-    cubic = inside & (flags & _CUBIC != 0) & ~steps
+    cubic = inside & (flags & CUBIC != 0) & ~steps
     if cubic.any():
         out[cubic] = _cubic(curve, left[cubic], share[cubic])
     return out
 
 
 def _cubic(curve: Curve, left: NDArray[np.intp], share: Array) -> Array:
-    from kinestitch.files.fbx.scene import TICKS
-
+    slopes = cubic_slopes((curve.times - curve.times[0]) / TICKS, curve.values, curve.flags, curve.data, curve.weights)
     length = (curve.times[left + 1] - curve.times[left]) / TICKS
     leave, arrive = curve.weights[left, 0], curve.weights[left, 1]
     x1, x2 = np.clip(leave, 0, 1), np.clip(1 - arrive, 0, 1)
     t = _bezier_parameter(x1, x2, share)
     y0, y3 = curve.values[left], curve.values[left + 1]
-    y1 = y0 + leave * length * curve.slopes[left, 0]
-    y2 = y3 - arrive * length * curve.slopes[left, 1]
+    y1 = y0 + leave * length * slopes[left, 0]
+    y2 = y3 - arrive * length * slopes[left, 1]
     u = 1 - t
     return u**3 * y0 + 3 * u * t * (u * y1 + t * y2) + t**3 * y3
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from kinestitch.errors import FormatError
 from kinestitch.files.fbx.animation import Take
-from kinestitch.files.fbx.curves import Ticks
-from kinestitch.files.fbx.scene import TICKS, TIME_MODES, Key
+from kinestitch.files.fbx.curves import TICKS, Ticks
+from kinestitch.files.fbx.scene import TIME_MODES, Key
 
 _FREE_POSES = 5_000_000  # joint poses that a file of few keys may ask for
 _POSES_PER_KEY = 1000

@@ -12,7 +12,7 @@ from kinestitch.files.fbx.curves import Curve, make_curve
 from kinestitch.files.fbx.nodes import Node, Property
 from kinestitch.files.fbx.scene import Scene
 
-_CONSTANT, _CONSTANT_NEXT, _LINEAR, _CUBIC, _AUTO = 0x2, 0x102, 0x4, 0x408, 0x108
+_CONSTANT, _CONSTANT_NEXT, _LINEAR, _CUBIC, _AUTO = 0x2, 0x102, 0x4, 0x408, 0x6108
 _THIRD = 1 / 3
 # how many numbers follow the letter that says how a cubic key's slopes are told
 _SLOPES = {"s": 2, "b": 2, "a": 0, "p": 2, "t": 3}
@@ -70,12 +70,12 @@ def read_old_curve(channel: Node) -> Curve | None:
         times,
         np.array(values, dtype=np.float64),
         np.array(flags, dtype=np.int64),
-        np.array(slopes, dtype=np.float64).reshape(-1, 2),
+        np.array(slopes, dtype=np.float64).reshape(-1, 3),
         np.array(weights, dtype=np.float64).reshape(-1, 2),
     )
 
 
-_Row = tuple[int, float, int, tuple[float, float], tuple[float, float]]
+_Row = tuple[int, float, int, tuple[float, float, float], tuple[float, float]]
 
 
 def _keys(values: tuple[Property, ...]) -> Iterator[_Row]:
@@ -83,7 +83,7 @@ def _keys(values: tuple[Property, ...]) -> Iterator[_Row]:
     while queue.at < len(values):
         time, value = queue.number(), queue.number()
         mode = queue.letter()
-        flags, slopes, weights = _LINEAR, (0.0, 0.0), (_THIRD, _THIRD)
+        flags, slopes, weights = _LINEAR, (0.0, 0.0, 0.0), (_THIRD, _THIRD)
         if mode == "C":
             flags = _CONSTANT_NEXT if queue.letter() == "n" else _CONSTANT
         elif mode == "U":
@@ -95,7 +95,7 @@ def _keys(values: tuple[Property, ...]) -> Iterator[_Row]:
         yield int(time) if abs(time) < 2**62 else 0, value, flags, slopes, weights
 
 
-def _cubic(queue: _Queue) -> tuple[int, tuple[float, float], tuple[float, float]]:
+def _cubic(queue: _Queue) -> tuple[int, tuple[float, float, float], tuple[float, float]]:
     kind = queue.letter()
     if kind not in _SLOPES:
         raise FormatError(
@@ -116,8 +116,8 @@ def _cubic(queue: _Queue) -> tuple[int, tuple[float, float], tuple[float, float]
     elif weight == "r":
         leave = shares[0]
     if kind in "sb":
-        return _CUBIC, (given[0], given[1]), (leave, arrive)
-    return _AUTO, (0.0, 0.0), (leave, arrive)
+        return _CUBIC, (given[0], given[1], 0.0), (leave, arrive)
+    return _AUTO, (0.0, 0.0, 0.0), (leave, arrive)
 
 
 class _Queue:

@@ -15,7 +15,6 @@ from kinestitch.files.fbx.nodes import Document, Node, Property
 Key = int | str  # 7.x objects carry numbers, older ones are known by their full name
 Properties = Mapping[str, tuple[Property, ...]]
 
-TICKS = 46186158000  # FBX time units in a second
 _RATES = {
     1: 120.0, 2: 100.0, 3: 60.0, 4: 50.0, 5: 48.0, 6: 30.0, 7: 30.0, 8: 30000 / 1001, 9: 30000 / 1001, 10: 25.0,
     11: 24.0, 12: 1000.0, 13: 24000 / 1001, 15: 96.0, 16: 72.0, 17: 60000 / 1001, 18: 120000 / 1001,
