@@ -1,0 +1,52 @@
+# Everything a fresh machine needs: `make demo` runs the main job, `make test` passes the tests.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: demo setup test check format bench docs setup-oracles test-oracles clean
+
+demo: $(READY)  ## walk with a kick pasted in: clips, document, pictures and numbers in the folder demo/
+	$(BIN)/kinestitch demo demo
+
+setup: $(READY)  ## the environment, in .venv
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or later is needed: make PYTHON=python3.11 …"; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) --upgrade pip
+	$(PIP) --editable '.[dev]'
+	touch $@
+
+test: $(READY)  ## all tests that need no other program; real clips come from KINESTITCH_DATA
+	$(BIN)/python -m pytest --doctest-modules src tests --ignore=tests/oracles
+
+check: $(READY)  ## format, lint, types, and one run of every benchmark
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest benchmarks --quiet --benchmark-disable
+
+format: $(READY)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(READY)  ## every benchmark in full; writes docs/benchmarks.md
+	$(PIP) pybvh bvhio bvh
+	$(BIN)/python -m pytest benchmarks --quiet --ratios docs/benchmarks.md
+
+docs: $(READY)  ## the pictures, from the samples; and the tables, from the real clips where KINESTITCH_DATA is set
+	$(BIN)/python docs/make_pictures.py
+	@if [ -n "$$KINESTITCH_DATA" ]; then $(BIN)/python -m kinestitch.experiments.seams "$$KINESTITCH_DATA" -o docs/seams.md; \
+	else echo "KINESTITCH_DATA is not set: docs/seams.md stays as it is"; fi
+
+setup-oracles: $(READY)  ## other people's readers, each in an environment of its own
+	PYTHON=$(PYTHON) sh tests/oracles/setup.sh
+	sh tests/oracles/setup_validator.sh
+
+test-oracles: setup-oracles  ## our files and numbers against Blender, ufbx and the glTF validator
+	KINESTITCH_ORACLES=1 $(BIN)/python -m pytest tests/oracles tests/files/test_gltf_validator.py
+
+clean:
+	rm -rf $(VENV) .venv-* demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
