@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Print the script for Tab completion.")
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def completion(ctx: click.Context, shell: str) -> None:

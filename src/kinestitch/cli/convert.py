@@ -13,7 +13,7 @@ from kinestitch.cli.outputs import check_output, check_suffix
 from kinestitch.errors import ParameterError, UnsupportedFormatError
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Convert a clip to another format.")
 @click.argument("source", metavar="IN", type=FILE)
 @click.argument("target", metavar="OUT", type=FILE)
 @click.option("--fps", type=float, metavar="N", help="Resample to this frame rate; the duration stays.")

@@ -25,7 +25,7 @@ RESULTS = ("walk_kick.bvh", "walk_kick.glb", DOCUMENT, "walk_kick_plot.png", "wa
 JOINT = "RightUpLeg"
 
 
-@click.command()
+@click.command(short_help="Paste a kick into a walk, with nothing to download.")
 @click.argument("folder", metavar="[DIR]", default="kinestitch-demo", type=FILE)
 def demo(folder: str) -> None:
     """Paste a kick into a walk and write everything there is to see into DIR (kinestitch-demo).

@@ -44,7 +44,7 @@ class ClipFacts:
     warnings: tuple[str, ...]
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Tell what is in clips.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list with one object for each file.")
 @click.option("--joints", is_flag=True, help="Print the tree of joints, too.")

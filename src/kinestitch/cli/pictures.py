@@ -35,7 +35,7 @@ class Shown:
     pasted: tuple[Stretch, ...] = ()
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Draw a joint's curve before and after.")
 @click.argument("source", metavar="IN", type=FILE)
 @click.option("-o", "--output", required=True, type=FILE, metavar="OUT", help="A picture: .png, .svg or .pdf.")
 @click.option("--joint", metavar="NAME", help="Which joint; left out, the one that changes most.")
@@ -71,7 +71,7 @@ def plot(source: str, output: str, joint: str | None, before: str | None, seams:
     console().print(f"{output}: {shown.motion.skeleton.names[index]}, {shown.motion.frames} frames")
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Draw posed figures over time.")
 @click.argument("sources", metavar="IN...", nargs=-1, required=True, type=FILE)
 @click.option("-o", "--output", required=True, type=FILE, metavar="OUT", help="A picture: .png, .svg or .pdf.")
 @click.option("--poses", type=click.IntRange(1, 200), default=9, show_default=True, metavar="N", help="Poses a row.")
@@ -79,10 +79,11 @@ def plot(source: str, output: str, joint: str | None, before: str | None, seams:
     "--view",
     default="three-quarter",
     show_default=True,
+    metavar="VIEW",
     help="front, side, three-quarter, back, or degrees (0 front, 90 side).",
 )
 @click.option("--travel", is_flag=True, help="Let the figures stand where they walk, not side by side.")
-@click.option("--title", help="Words above the picture.")
+@click.option("--title", metavar="TEXT", help="Words above the picture.")
 def filmstrip(*, sources: tuple[str, ...], output: str, poses: int, view: str, travel: bool, title: str | None) -> None:
     """Draw posed figures over time, one row for each IN, as in a paper's figure.
 
