@@ -164,7 +164,7 @@ def frame_times(take: Take | None, joints: int) -> tuple[Array, float]:
     """Times (F,) s of the frames from the first key to the last, and their rate.
 
     Keys on a regular grid are the frames, whatever their rate. Otherwise the slowest usual rate on whose grid all keys
-    lie; failing that, the usual rate next to the smallest distance of two keys, at least 30 and at most 120. Splines
+    lie; failing that, the usual rate that the smallest distance of two keys asks for, from 30 to 120. Splines
     and steps slower than 24 a second are sampled at the multiple of their rate that reaches it.
 
     Raises FormatError if the keys are so far apart that the frames between them would be out of all proportion.
@@ -196,7 +196,7 @@ def _rate(keys: Array, curved: bool) -> float:
         snapped = snap_rate(fps)
         fps = snapped if _fits(keys, snapped) else fps
     else:
-        usual = min(120.0, max(30.0, snap_rate(1.0 / smallest)))
+        usual = next((rate for rate in _GUESSES if rate >= max(30.0, 0.999 / smallest)), _GUESSES[-1])
         fps = next((rate for rate in _GUESSES if _fits(keys, rate)), usual)
     return fps * max(1, int(np.ceil(24.0 / fps - 1e-9))) if curved else fps
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinestitch.core.rotation import Array
 from kinestitch.errors import FormatError
+from kinestitch.files.fbx.extrapolation import HELD, SLOPE, Beyond, folded, read_beyond
 from kinestitch.files.fbx.nodes import Node
 from kinestitch.files.fbx.tangents import CUBIC, cubic_slopes
 
 Ticks = NDArray[np.int64]
 TICKS = 46186158000  # FBX time units in a second
 _CONSTANT = 0x2
+_SAME = 10_000  # ticks; 0.2 µs, what rounding may move a key off its frame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +28,7 @@ class Curve:
     flags : (K,) how the stretch after each key runs
     data : (K, 3) what the file says about slopes there (see :mod:`kinestitch.files.fbx.tangents`)
     weights : (K, 2) length of the two handles of that stretch as shares of it
+    beyond : how the curve goes on before its first and after its last key
     """
 
     times: Ticks
@@ -33,6 +36,7 @@ class Curve:
     flags: NDArray[np.int64]
     data: Array
     weights: Array
+    beyond: tuple[Beyond, Beyond] = HELD
 
 
 def make_curve(times: Ticks, values: Array, flags: NDArray[np.int64], data: Array, weights: Array) -> Curve | None:
@@ -69,7 +73,8 @@ def read_curve(node: Node) -> Curve | None:
         ],
         axis=-1,
     )
-    return make_curve(times, values, flags, data[:, :3].astype(np.float64), weights)
+    curve = make_curve(times, values, flags, data[:, :3].astype(np.float64), weights)
+    return None if curve is None else replace(curve, beyond=read_beyond(node))
 
 
 def _attributes(node: Node, count: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
@@ -88,16 +93,25 @@ def _attributes(node: Node, count: int) -> tuple[NDArray[np.int64], NDArray[np.f
 
 
 def sample(curve: Curve, ticks: Ticks) -> Array:
-    """Values (N,) of a curve at `ticks` (N,); on a key its own value, before the first and after the last that key's."""
+    """Values (N,) of a curve at `ticks` (N,); on a key its own value, past the ends what the file asks for."""
     times, values = curve.times, curve.values
     if len(times) == 1:
         return np.full(len(ticks), values[0])
     if len(times) == len(ticks) and np.array_equal(times, ticks):
         return values
+    shown, added = folded(ticks, (int(times[0]), int(times[-1])), float(values[-1] - values[0]), curve.beyond)
+    return _between(curve, shown) + added + _straight_on(curve, ticks)
+
+
+def _between(curve: Curve, ticks: Ticks) -> Array:
+    """Values (N,) at times (N,) from the first to the last key."""
+    times, values = curve.times, curve.values
     left = np.clip(np.searchsorted(times, ticks, side="right") - 1, 0, len(times) - 2)
     right = left + 1
     length = (times[right] - times[left]).astype(np.float64)
     share = np.clip((ticks - times[left]) / length, 0.0, 1.0)
+    share = np.where(times[right] - ticks < np.minimum(_SAME, length / 4), 1.0, share)
+    share = np.where(ticks - times[left] < np.minimum(_SAME, length / 4), 0.0, share)
     out = values[left] * (1 - share) + values[right] * share
     inside = (share > 0) & (share < 1)
     flags = curve.flags[left]
@@ -109,8 +123,33 @@ def sample(curve: Curve, ticks: Ticks) -> Array:
     return out
 
 
+def _straight_on(curve: Curve, ticks: Ticks) -> Array:
+    """What a curve that keeps its slope past its ends gains there (N,)."""
+    out = np.zeros(len(ticks))
+    ends = (curve.times[0] - ticks, ticks - curve.times[-1])
+    for side, past, stretch in zip(curve.beyond, ends, (0, -2), strict=True):
+        if side.kind == SLOPE and (past > 0).any():
+            slope = _end_slope(curve, stretch)
+            out += np.maximum(past, 0) / TICKS * (-slope if stretch == 0 else slope)
+    return out
+
+
+def _end_slope(curve: Curve, stretch: int) -> float:
+    if curve.flags[stretch] & _CONSTANT:
+        return 0.0
+    if curve.flags[stretch] & CUBIC:
+        return float(_slopes(curve)[stretch, 0 if stretch == 0 else 1])
+    rise = np.diff(curve.values)[stretch if stretch == 0 else -1]
+    return float(rise / np.diff(curve.times)[stretch if stretch == 0 else -1] * TICKS)
+
+
+def _slopes(curve: Curve) -> Array:
+    seconds = (curve.times - curve.times[0]) / TICKS
+    return cubic_slopes(seconds, curve.values, curve.flags, curve.data, curve.weights)
+
+
 def _cubic(curve: Curve, left: NDArray[np.intp], share: Array) -> Array:
-    slopes = cubic_slopes((curve.times - curve.times[0]) / TICKS, curve.values, curve.flags, curve.data, curve.weights)
+    slopes = _slopes(curve)
     length = (curve.times[left + 1] - curve.times[left]) / TICKS
     leave, arrive = curve.weights[left, 0], curve.weights[left, 1]
     x1, x2 = np.clip(leave, 0, 1), np.clip(1 - arrive, 0, 1)

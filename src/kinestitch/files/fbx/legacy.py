@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from kinestitch.errors import FormatError
 from kinestitch.files.fbx.animation import LOCAL, Layer, Take, Target, Track
 from kinestitch.files.fbx.curves import Curve, make_curve
+from kinestitch.files.fbx.extrapolation import read_beyond
 from kinestitch.files.fbx.nodes import Node, Property
 from kinestitch.files.fbx.scene import Scene
 
@@ -66,13 +68,15 @@ def read_old_curve(channel: Node) -> Curve | None:
         raise FormatError(f"Expected {expected} keys, got {len(rows)}. The file is damaged; export it again.")
     times = np.array([row[0] for row in rows], dtype=np.int64)
     values, flags, slopes, weights = ([row[i] for row in rows] for i in range(1, 5))
-    return make_curve(
+    curve = make_curve(
         times,
         np.array(values, dtype=np.float64),
         np.array(flags, dtype=np.int64),
         np.array(slopes, dtype=np.float64).reshape(-1, 3),
         np.array(weights, dtype=np.float64).reshape(-1, 2),
     )
+    return None if curve is None else replace(curve, beyond=read_beyond(channel))
+
 
 
 _Row = tuple[int, float, int, tuple[float, float, float], tuple[float, float]]
