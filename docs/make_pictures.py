@@ -1,0 +1,83 @@
+"""Draw the documents' pictures from the samples: ``python docs/make_pictures.py [FOLDER]``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import kinestitch as ks
+from kinestitch.analysis.plots import plot_joint, save_figure
+from kinestitch.cli.demo import CUT, PASTED
+from kinestitch.edit.timeline import Timeline
+from kinestitch.render.filmstrip import filmstrip
+from kinestitch.samples import SAMPLE_NAMES
+from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
+
+SPANS = (81.0, 1296.0, 10_000.0)
+COLOURS = ("#0072B2", "#D55E00", "#009E73")
+
+
+def pasted_kick() -> tuple[Timeline, dict[str, ks.Motion]]:
+    """The demo's edit: a kick in place of some steps of a walk."""
+    clips = {name: ks.sample(name) for name in ("walk", "kick")}
+    return ks.replace(ks.timeline(clips, "walk"), *CUT, "kick", *PASTED), clips
+
+
+def hero(folder: Path) -> None:
+    """Walk, kick, and the walk with the kick pasted in."""
+    line, clips = pasted_kick()
+    motion = ks.stitch(line, clips)
+    first, second = line.starts[1:3]
+    filmstrip(
+        [clips["walk"], clips["kick"], motion],
+        folder / "walk_kick.png",
+        poses=15,
+        labels=["walk", "kick", "walk with the kick pasted in"],
+        marks=[(), (), (first, second)],
+        segments=[(), (), [(first, second, "kick")]],
+    )
+
+
+def joint_curve(folder: Path) -> None:
+    """The kicking leg before and after."""
+    line, clips = pasted_kick()
+    solved = ks.solve_timeline(line, clips)
+    seams = [seam.frame for seam in solved.seams]
+    plot_joint(solved.motion, "mixamorig:RightUpLeg", folder / "joint.png", before=solved.cut, seams=seams)
+
+
+def all_samples(folder: Path) -> None:
+    """The eight clips that are made by code."""
+    filmstrip([ks.sample(name) for name in SAMPLE_NAMES], folder / "samples.png", labels=list(SAMPLE_NAMES))
+
+
+def curves(folder: Path) -> None:
+    """How a gap of 1 at a seam is shared out in time, for three λ."""
+    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+    axes = figure.subplots()
+    axes.spines[["top", "right"]].set_visible(False)
+    for stiffness, colour in zip(SPANS, COLOURS, strict=True):
+        share = seam_curves(Cluster(0, 1000, (SeamPlace(0, 500, stiffness),))).sum(axis=1)
+        for frames, label in ((np.arange(-80, 0), f"λ = {stiffness:,g}"), (np.arange(80), None)):
+            axes.plot(frames + 0.5, share[frames + 500], color=colour, marker=".", markersize=3, label=label)
+        for side in (-visible_reach(stiffness), visible_reach(stiffness)):
+            axes.axvline(side, color=colour, linewidth=0.8, linestyle=":")
+    axes.set_xlabel("frames from the seam (dotted: visible reach, beyond it less than 5 % is left)")
+    axes.set_ylabel("correction for a gap of 1")
+    axes.legend(frameon=False)
+    save_figure(figure, folder / "curves.png")
+
+
+def main() -> None:
+    """Draw them all."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
+    for draw in (hero, joint_curve, all_samples, curves):
+        draw(folder)
+
+
+if __name__ == "__main__":
+    main()
