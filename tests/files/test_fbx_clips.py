@@ -35,7 +35,7 @@ def test_the_table_is_there():
     assert len(table()) > 60
 
 
-@pytest.mark.parametrize(("name", "fps", "frames", "joints"), table(), ids=lambda value: str(value))
+@pytest.mark.parametrize(("name", "fps", "frames", "joints"), table(), ids=str)
 def test_a_clip_is_what_the_table_says(name, fps, frames, joints, tmp_path):
     motion = read_fbx(Path(HOME) / name)
     check_motion(motion)

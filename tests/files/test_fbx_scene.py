@@ -101,9 +101,7 @@ def test_an_armature_with_scale_and_a_turn_is_baked(path):
     assert (motion.translations[:, 1] == motion.translations[0, 1]).all()
 
 
-@pytest.mark.parametrize(
-    ("up", "front", "coord"), [axes for axes in itertools.permutations(range(3))], ids=lambda axis: "xyz"[axis]
-)
+@pytest.mark.parametrize(("up", "front", "coord"), list(itertools.permutations(range(3))), ids=lambda axis: "xyz"[axis])
 def test_every_system_of_axes_lands_upright(up, front, coord, path):
     for signs in itertools.product((1, -1), repeat=3):
         names = ("UpAxis", "FrontAxis", "CoordAxis")

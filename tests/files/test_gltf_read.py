@@ -398,6 +398,12 @@ def test_quaternions_off_unit_norm_are_normalised(load):
     assert quat_distance(load(maker).rotations[:, 1], TURNS).max() < 1e-7
 
 
+def test_scales_upon_scales_are_refused(load):
+    nodes = [{"name": str(i), "children": [i + 1], "scale": [1e11] * 3, "translation": [1, 1, 1]} for i in range(40)]
+    with pytest.raises(FormatError, match="overflow"):
+        load(Maker([*nodes, {"name": "end"}]).skin(list(range(41))))
+
+
 def test_order_of_products():
     """The plain evaluation of this file turns as the core does."""
     assert np.allclose(

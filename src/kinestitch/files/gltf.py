@@ -44,7 +44,7 @@ def read_gltf(path: str | os.PathLike[str], *, take: str | None = None) -> Motio
     and files without joints, ParameterError for an unknown take, FileNotFoundError.
     """
     path = Path(path)
-    with naming(path):
+    with naming(path), np.errstate(all="ignore"):  # what overflows is refused where it matters
         document = load_document(path)
         parents = parents_of(document)
         chosen = choose_take(document, take, None) if not document.objects("skins") else None

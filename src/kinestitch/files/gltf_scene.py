@@ -135,11 +135,13 @@ def rigid_poses(places: dict[int, World], joints: list[int], count: int) -> tupl
     """World positions (N, J, 3) m and rotations (N, J, 4) of the joints.
 
     A joint's rotation is that of its frame without scale and shear, and where a frame is mirrored, with its x axis
-    turned back.
+    turned back. Raises FormatError where scales upon scales overflow.
     """
     positions = np.empty((count, len(joints), 3))
     rotations = np.empty((count, len(joints), 4))
     for place, joint in enumerate(joints):
+        if not (np.isfinite(places[joint].linear).all() and np.isfinite(places[joint].position).all()):
+            raise FormatError(f"Expected finite transforms above node {joint}, got an overflow.")
         positions[:, place] = places[joint].position
         rotations[:, place] = proper_rotations(places[joint].linear, places[joint].turn)
     return positions, rotations
