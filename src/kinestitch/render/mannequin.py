@@ -176,7 +176,7 @@ def outline(part: Part, points: Array, height: float) -> Array:
 
 def hull(points: Array) -> Array:
     """Convex hull (K, 2), counter-clockwise, of points (N, 2): Andrew's monotone chain."""
-    order = sorted(map(tuple, points.tolist()))
+    order = sorted(set(map(tuple, points.tolist())))
 
     def half(path: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
         chain: list[tuple[float, ...]] = []

@@ -21,10 +21,10 @@ SAMPLE_NAMES = ("walk", "run", "jump", "jumping_jacks", "kick", "light_punch", "
 
 
 def humanoid() -> Skeleton:
-    """The skeleton that all samples share; see :func:`kinestitch.samples.humanoid.humanoid`."""
-    from kinestitch.samples import humanoid as module
+    """The skeleton that all samples share; see :func:`kinestitch.samples.body.humanoid`."""
+    from kinestitch.samples import body
 
-    return module.humanoid()
+    return body.humanoid()
 
 
 @cache
@@ -54,7 +54,7 @@ def sample_contacts(name: str, *, fps: float = 60.0) -> dict[str, NDArray[bool_]
     :func:`sample`.
     """
     from kinestitch.samples.build import frame_times
-    from kinestitch.samples.humanoid import PREFIX
+    from kinestitch.samples.body import PREFIX
 
     plan = _choreography(name)
     times = frame_times(plan.seconds, _checked(fps))

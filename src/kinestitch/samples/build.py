@@ -21,7 +21,7 @@ from kinestitch.core.rotation import (
 )
 from kinestitch.samples.curves import Curve, still
 from kinestitch.samples.feet import Footwork, foot_turn
-from kinestitch.samples.humanoid import FOREARM, SHANK, THIGH, UPPER_ARM, humanoid, joint
+from kinestitch.samples.body import FOREARM, SHANK, THIGH, UPPER_ARM, humanoid, joint
 
 _REACH = 0.985 * (UPPER_ARM + FOREARM)
 

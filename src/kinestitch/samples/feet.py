@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kinestitch.core.rotation import Array, quat_about_axis, quat_multiply, quat_rotate
 from kinestitch.samples.curves import Curve, ease, through
-from kinestitch.samples.humanoid import ANKLE, BALL, HEEL
+from kinestitch.samples.body import ANKLE, BALL, HEEL
 
 _STEP = 1e-3
 
