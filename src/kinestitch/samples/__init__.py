@@ -53,8 +53,8 @@ def sample_contacts(name: str, *, fps: float = 60.0) -> dict[str, NDArray[bool_]
     ``…Foot`` is held while the whole sole stands, ``…ToeBase`` while the sole or the ball of the foot does. Raises as
     :func:`sample`.
     """
-    from kinestitch.samples.build import frame_times
     from kinestitch.samples.body import PREFIX
+    from kinestitch.samples.build import frame_times
 
     plan = _choreography(name)
     times = frame_times(plan.seconds, _checked(fps))

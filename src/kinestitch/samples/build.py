@@ -19,9 +19,9 @@ from kinestitch.core.rotation import (
     quat_rotate,
     quat_slerp,
 )
+from kinestitch.samples.body import FOREARM, SHANK, THIGH, UPPER_ARM, humanoid, joint
 from kinestitch.samples.curves import Curve, still
 from kinestitch.samples.feet import Footwork, foot_turn
-from kinestitch.samples.body import FOREARM, SHANK, THIGH, UPPER_ARM, humanoid, joint
 
 _REACH = 0.985 * (UPPER_ARM + FOREARM)
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinestitch.core.rotation import Array, quat_about_axis, quat_multiply, quat_rotate
-from kinestitch.samples.curves import Curve, ease, through
 from kinestitch.samples.body import ANKLE, BALL, HEEL
+from kinestitch.samples.curves import Curve, ease, through
 
 _STEP = 1e-3
 
