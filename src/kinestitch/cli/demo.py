@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,11 @@ def demo(folder: str) -> None:
 
     Both clips are made by code, so nothing is downloaded: walk.bvh and kick.bvh, the result as walk_kick.bvh and
     walk_kick.glb, the edit as walk_kick.otio, a plot of the kicking leg, and a filmstrip.
+
+    \b
+    Examples:
+      kinestitch demo
+      kinestitch demo /tmp/try
     """
     target = Path(folder)
     _make_folder(target)
@@ -99,7 +105,8 @@ def _tell(solved: Solved, numbers: dict[str, object], target: Path) -> None:
     out = console()
     for name in RESULTS[1:]:
         out.print(target / name)
-    paths = [str(target / name) for name in CLIPS]
-    place, source = f"{CUT[0]}:{CUT[1]}", f"{PASTED[0]}:{PASTED[1]}"
+    walk, kick = (str(target / name) for name in CLIPS)
+    pasted = f"{kick}@{PASTED[0]}:{PASTED[1]}"
+    words = ("stitch", walk, "--replace", f"{CUT[0]}:{CUT[1]}", pasted, "-o", str(target / "mine.bvh"))
     out.print("\nThe same by hand, and with your own clips:")
-    out.print(f"  kinestitch stitch {paths[0]} --replace {place} {paths[1]}@{source} -o {target / 'mine.bvh'}")
+    out.print(f"  kinestitch {shlex.join(words)}")

@@ -81,4 +81,12 @@ class NotNegative(click.ParamType):
         return number
 
 
+class PasteType(click.Tuple):
+    """A place and the clip that goes there; the Tab key completes the clip's file name."""
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(incomplete, type="file")]
+
+
 RANGE, CLIP, NOT_NEGATIVE, FILE = RangeType(), ClipType(), NotNegative(), click.Path()
+OVER, BEFORE = PasteType([RANGE, CLIP]), PasteType([click.INT, CLIP])

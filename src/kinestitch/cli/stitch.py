@@ -10,7 +10,7 @@ import click
 from kinestitch.cli.console import progress
 from kinestitch.cli.failures import tell
 from kinestitch.cli.inputs import Library, Opened, inputs_of, is_document
-from kinestitch.cli.options import CLIP, FILE, NOT_NEGATIVE, RANGE, OrderedCommand, in_order
+from kinestitch.cli.options import BEFORE, CLIP, FILE, NOT_NEGATIVE, OVER, RANGE, OrderedCommand, in_order
 from kinestitch.cli.outputs import check_output, check_suffix
 
 if TYPE_CHECKING:
@@ -23,10 +23,8 @@ Step = Callable[[str], None]
 
 @click.command(cls=OrderedCommand, no_args_is_help=True)
 @click.argument("original", type=FILE)
-@click.option(
-    "--replace", type=(RANGE, CLIP), multiple=True, metavar="A:B REF@a:b", help="Paste REF over the frames A:B."
-)
-@click.option("--insert", type=(int, CLIP), multiple=True, metavar="N REF@a:b", help="Put REF in front of frame N.")
+@click.option("--replace", type=OVER, multiple=True, metavar="A:B REF@a:b", help="Paste REF over the frames A:B.")
+@click.option("--insert", type=BEFORE, multiple=True, metavar="N REF@a:b", help="Put REF in front of frame N.")
 @click.option("--append", type=CLIP, multiple=True, metavar="REF@a:b", help="Put REF at the end.")
 @click.option("--delete", type=RANGE, multiple=True, metavar="A:B", help="Take the frames A:B out.")
 @click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of all seams.  [default: 0.1]")
