@@ -147,17 +147,26 @@ def correction(cluster: Cluster, offsets: Array) -> Array:
 
 
 def seam_kernel(rows: Array, place: int) -> Array:
-    """The 2×2 block of ``Λ − ΛL (I + LᵀΛL)⁻¹ LᵀΛ`` at rows m−1 and m, i.e. of ``λ (I + λLLᵀ)⁻¹`` (Eq. 10).
+    """The 2×2 block of ``(Λ⁻¹ + LLᵀ)⁻¹``, which is ``λ (I + λLLᵀ)⁻¹``, at rows m−1 and m (Eq. 10).
 
-    rows : (n,) Λ of a window, zero at its ends; place : the seam's frame m counted from the window's start
+    Solved on the rows of L themselves, which keeps ten digits at λ = 10⁸; a row that does not exist yields zeros.
+
+    rows : (n,) Λ of a window, zero at its two ends only; place : the seam's frame m counted from the window's start
     """
-    pair = [place - 1, place]
-    curves = row_curves(rows, pair)
+    inner = rows[1:-1]
+    bands = np.zeros((3, len(inner)), order="F")
+    bands[2] = 6.0 + 1.0 / inner
+    bands[1, 1:], bands[0, 2:] = -4.0, 1.0
+    pair = [row - 1 for row in (place - 1, place)]
+    exists = [0 <= row < len(inner) for row in pair]
     kernel = np.zeros((2, 2))
-    for i, row in enumerate(pair):
-        if 0 < row < len(rows) - 1:
-            kernel[i] = -rows[row] * (curves[row - 1] - 2 * curves[row] + curves[row + 1])
-            kernel[i, i] += rows[row]
+    if any(exists):
+        unit = np.zeros((len(inner), 2), order="F")
+        for column, row in enumerate(pair):
+            if exists[column]:
+                unit[row, column] = 1.0
+        solved = solve_bands(bands, unit)
+        kernel[exists] = solved[[row for row, there in zip(pair, exists, strict=True) if there]]
     return kernel
 
 
@@ -168,7 +177,7 @@ def seam_energy(place: SeamPlace, frames: int, offsets: Array) -> float:
 
     It is what the solve would leave of ``‖c‖² + λ ‖L R − δ‖²`` if this were the only seam, known before solving.
     """
-    if place.stiffness == 0:
+    if place.stiffness < 1e-300:  # its inverse has left the range of doubles
         return 0.0
     (alone,) = clusters([place], frames)
     kernel = seam_kernel(cluster_rows(alone), place.frame - alone.start)

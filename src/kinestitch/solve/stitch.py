@@ -207,9 +207,11 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
     Returns quaternions (Σ n_i, J, 4). In the ``principal`` chart the vectors are taken as they are, branch and all;
     ``centred``
     looks at the rotations they stand for, so that ``r`` and ``(2π − θ)(−u)`` give the same result (Eq. 16).
+
+    Raises ParameterError for a stiffness that is negative or not finite, or a wrong number of them.
     """
     check_chart(chart)
-    lambdas = [float(stiffness)] * (len(pieces) - 1) if np.ndim(stiffness) == 0 else [float(s) for s in stiffness]  # type: ignore[arg-type, union-attr]
+    lambdas = _stiffnesses(stiffness, len(pieces) - 1)
     ends = np.cumsum([len(piece) - 2 for piece in pieces])
     vectors = np.concatenate([piece[1:-1] for piece in pieces])
     rotations = rotvec_to_quat(vectors)
@@ -227,3 +229,12 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
             gaps = (around[:, 2:] - around[:, :2]).reshape(-1, *vectors.shape[1:])
             rotations[here] = rotvec_to_quat(join(corrected(split(vectors[here]), split(gaps), cluster)))
     return rotations
+
+
+def _stiffnesses(stiffness: float | Sequence[float], seams: int) -> list[float]:
+    values = np.asarray(stiffness, dtype=np.float64)
+    if values.ndim and values.shape != (seams,):
+        raise ParameterError(f"Expected one stiffness λ, or {seams} (one for each seam), got {values.size}.")
+    if not (np.isfinite(values).all() and (values >= 0).all()):
+        raise ParameterError(f"Expected a stiffness λ ≥ 0, got {stiffness}.")
+    return [float(value) for value in np.broadcast_to(values, (seams,))]
