@@ -2,10 +2,10 @@
 
     python ask_blender.py REQUESTS.json
 
-REQUESTS.json is a list of {"path", "out", "fps", "frames"}; the suffix chooses the importer (.fbx, .bvh, .glb, .gltf). For each,
-`out` becomes an .npz of names (N,), parents (N,), positions (F, N, 3) in metres and rotations (F, N, 3, 3), both in the
-world with Y up, of the heads and axes of all bones; or of one text `error`. Blender turns bone axes to its liking, so compare
-rotations relative to those of frame 0. Frame k is evaluated at the time k / fps after the first key.
+REQUESTS.json is a list of {"path", "out", "fps", "frames"}; the suffix chooses the importer (.fbx, .bvh, .glb, .gltf).
+For each, `out` becomes an .npz of names (N,), parents (N,), positions (F, N, 3) in metres and rotations (F, N, 3, 3),
+both in the world with Y up, of the heads and axes of all bones; or of one text `error`. Blender turns bone axes to its
+liking, so compare rotations relative to those of frame 0. Frame k is evaluated k / fps seconds after the first key.
 """
 
 import json

@@ -2,9 +2,9 @@
 
     python ask_ufbx.py REQUESTS.json
 
-REQUESTS.json is a list of {"path", "out", "start" (s), "fps", "frames", "take" (optional)}. For each, `out` becomes an .npz of
-names (N,), parents (N,), translations (F, N, 3) and rotations (F, N, 4) in the parent's frame, positions (F, N, 3) in
-metres, Y up, and matrices (F, N, 3, 3), parent frames and scale included; or of one text `error`.
+REQUESTS.json is a list of {"path", "out", "start" (s), "fps", "frames", "take" (optional)}. For each, `out` becomes an
+.npz of names (N,), parents (N,), translations (F, N, 3) and rotations (F, N, 4) in the parent's frame, positions
+(F, N, 3) in metres, Y up, and matrices (F, N, 3, 3), parent frames and scale included; or of one text `error`.
 """
 
 import ctypes

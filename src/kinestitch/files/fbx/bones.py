@@ -12,7 +12,6 @@ from kinestitch.files.fbx.animation import Take
 from kinestitch.files.fbx.nodes import Node
 from kinestitch.files.fbx.scene import Key, Scene
 
-
 SCENE: Key = "\x00scene"  # stands for the scene itself, where several trees of joints have nothing else above them
 
 

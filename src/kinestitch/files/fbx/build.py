@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinestitch.files.fbx.binary import CREATION_TIME, FILE_ID
-from kinestitch.files.fbx.nodes import Node, PackedArray, Property
 from kinestitch.files.fbx.curves import TICKS
+from kinestitch.files.fbx.nodes import Node, PackedArray, Property
 from kinestitch.files.fbx.scene import CUSTOM_TIME_MODE, TIME_MODES
 
 VERSION = 7400

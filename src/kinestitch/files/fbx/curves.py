@@ -78,13 +78,13 @@ def read_curve(node: Node) -> Curve | None:
 
 
 def _attributes(node: Node, count: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Interpolation flags (count,) and the four data words (count, 4) of each key; linear where the file says nothing."""
-    parts = [node.child(name) for name in ("KeyAttrFlags", "KeyAttrDataFloat", "KeyAttrRefCount")]
-    if any(part is None for part in parts):
+    """Interpolation flags (count,) and data words (count, 4) of each key; linear where the file says nothing."""
+    flag_node, data_node = node.child("KeyAttrFlags"), node.child("KeyAttrDataFloat")
+    repeat_node = node.child("KeyAttrRefCount")
+    if flag_node is None or data_node is None or repeat_node is None:
         return np.full(count, 0x4), np.zeros((count, 4), dtype=np.float32)
-    flags, repeats = parts[0].integers(), parts[2].integers()  # type: ignore[union-attr]
-    property_ = parts[1].properties[0] if parts[1].properties else None  # type: ignore[union-attr]
-    raw = property_.values() if hasattr(property_, "values") else parts[1].array()  # type: ignore[union-attr]
+    flags, repeats, raw = flag_node.integers(), repeat_node.integers(), data_node.raw()
+    # text files write the bit patterns of floats as integers
     data = raw.astype(np.uint32).view(np.float32) if raw.dtype.kind in "iu" else raw.astype(np.float32)
     runs = len(flags)
     if len(repeats) != runs or len(data) < 4 * runs or (repeats < 0).any() or repeats.sum() != count:

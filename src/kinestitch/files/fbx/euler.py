@@ -14,9 +14,9 @@ _WIDEST = 8192.0  # degrees; beyond, single precision errs by 0.0005° and a jum
 def continuous_degrees(q: Array) -> Array:
     """FBX Euler angles (F, J, 3) in degrees, x y z in the order XYZ, of quaternions (F, J, 4).
 
-    Each frame takes, of all angles that mean its rotation, those nearest to the frame before: the other solution with the
-    middle angle past 90°, whole turns, and in gimbal lock any split between first and third angle. Paths that wind up past
-    20 turns jump after all.
+    Each frame takes, of all angles that mean its rotation, those nearest to the frame before: the other solution with
+    the middle angle past 90°, whole turns, and in gimbal lock any split between first and third angle. Paths that wind
+    up past 20 turns jump after all.
     """
     angles = quat_to_euler(q, "ZYX")[..., ::-1]  # x, y, z
     locked = np.abs(np.cos(angles[..., 1])) < _LOCK

@@ -24,12 +24,13 @@ def property_values(take: Take | None, model: Model, name: str, ticks: Ticks) ->
         if track is None or _number(layer, "Mute", 0):
             continue
         shown = track.sample(ticks)
-        value = shown if index == 0 else _blend(value, shown, layer, model, name, _weight(layer, ticks))
+        value = shown if index == 0 else _blend((value, shown), layer, model, name, _weight(layer, ticks))
     return value
 
 
-def _blend(below: Array, above: Array, layer: Layer, model: Model, name: str, weight: Array) -> Array:
-    """One layer over what lies below it; weight (N, 1)."""
+def _blend(values: tuple[Array, Array], layer: Layer, model: Model, name: str, weight: Array) -> Array:
+    """What lies below and one layer over it, as one; weight (N, 1)."""
+    below, above = values
     mode = _number(layer, "BlendMode", 0)
     additive = mode == _ADDITIVE
     if mode == _OVERRIDE or (not additive and (weight >= 0.99999).all()):

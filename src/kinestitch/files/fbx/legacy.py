@@ -78,7 +78,6 @@ def read_old_curve(channel: Node) -> Curve | None:
     return None if curve is None else replace(curve, beyond=read_beyond(channel))
 
 
-
 _Row = tuple[int, float, int, tuple[float, float, float], tuple[float, float]]
 
 

@@ -122,6 +122,12 @@ class Node:
             return self.properties[0].values().astype(np.float64)
         return np.array([v for v in self.properties if isinstance(v, int | float)], dtype=np.float64)
 
+    def raw(self) -> NDArray:
+        """The node's numbers (n,) in the type that the file gives them."""
+        if self.properties and isinstance(self.properties[0], PackedArray):
+            return self.properties[0].values()
+        return self.array()
+
     def integers(self) -> NDArray[np.int64]:
         """The node's numbers (n,) as int64 (key times lose digits as floats)."""
         if self.properties and isinstance(self.properties[0], PackedArray):

@@ -24,7 +24,7 @@ def needed_models(scene: Scene, joints: tuple[Key, ...]) -> list[Key]:
 
 
 def local_poses(scene: Scene, joints: tuple[Key, ...], take: Take | None, ticks: Ticks) -> tuple[Array, Array]:
-    """Local translations (N, J, 3) in the file's units and rotations (N, J, 4), each joint on the nearest joint above it.
+    """Local translations (N, J, 3), the file's units, and rotations (N, J, 4), each on the nearest joint above.
 
     take : None for the pose that the models' own properties give
     """
@@ -106,7 +106,7 @@ def unique_names(names: list[str]) -> tuple[str, ...]:
 def bind_poses(
     joints: tuple[Key, ...], parents: tuple[int, ...], matrices: dict[Key, Array], default: tuple[Array, Array]
 ) -> tuple[Array, Array]:
-    """Local rest translations (J, 3) and rotations (J, 4) from world matrices; where one is missing, the default local pose."""
+    """Local rest translations (J, 3) and rotations (J, 4) from world matrices, by default from a local pose."""
     skeleton = Skeleton(tuple(str(i) for i in range(len(joints))), parents, np.zeros((len(joints), 3)))
     positions, rotations = np.empty((len(joints), 3)), np.empty((len(joints), 4))
     for j, (joint, parent) in enumerate(zip(joints, parents, strict=True)):

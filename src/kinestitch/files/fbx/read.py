@@ -46,10 +46,10 @@ def read_fbx(path: str | os.PathLike[str], *, take: str | None = None) -> Motion
 
     take : name of the animation stack. None takes ``mixamo.com`` if there is one, else the stack with the most keys.
 
-    Joints are bones; where a file has none, its animated objects and their ancestors. Frames run from the first to the last
-    key. The rest pose is the bind pose where the file has one, else each bone's default transform. Scale has no place in a
-    motion: joints stand where the scaled ones stood. Raises FormatError for damaged files and files without joints,
-    ParameterError for an unknown take, FileNotFoundError.
+    Joints are bones; where a file has none, its animated objects and their ancestors. Frames run from the first to
+    the last key. The rest pose is the bind pose where the file has one, else each bone's default transform. Scale has
+    no place in a motion: joints stand where the scaled ones stood. Raises FormatError for damaged files and files
+    without joints, ParameterError for an unknown take, FileNotFoundError.
     """
     try:
         with np.errstate(all="ignore"):

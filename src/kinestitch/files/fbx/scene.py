@@ -1,4 +1,4 @@
-"""What an FBX node tree says about a scene: objects, who hangs on whom, typed properties with their defaults, units and axes."""
+"""What an FBX node tree says about a scene: objects, who hangs on whom, properties with defaults, units and axes."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ class Scene:
 
     @property
     def axes(self) -> Array:
-        """(3, 3) matrix that takes the file's world to Y up, X right, Z to the viewer; a reflection if it was left-handed."""
+        """(3, 3) matrix from the file's world to Y up, X right, Z to the viewer; a reflection if left-handed."""
         matrix = np.zeros((3, 3))
         for row, name, usual in ((0, "CoordAxis", 0), (1, "UpAxis", 1), (2, "FrontAxis", 2)):
             axis = _integer(self.settings, name, usual)

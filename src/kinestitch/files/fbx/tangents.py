@@ -57,14 +57,15 @@ def _automatic(times: Array, values: Array, flags: NDArray[np.int64], bias: Arra
     slope = np.where(flags & _TIME_INDEPENDENT, straight, (straight + turned) / 2)
     slope[0], slope[-1] = after[0], before[-1]
     slope = _biased(slope, np.where(bias > 0, after, before), bias, flags)
-    step_left, step_right = np.append(np.inf, np.diff(values)), np.append(np.diff(values), np.inf)
-    level = np.minimum(np.abs(step_left), np.abs(step_right)) <= _LEVEL
+    steps = np.diff(values)
+    level = np.minimum(np.abs(np.append(np.inf, steps)), np.abs(np.append(steps, np.inf))) <= _LEVEL
     slope = np.where((flags & _CLAMP != 0) & level, 0.0, slope)
-    return np.where(flags & _PROGRESSIVE, _held_back(slope, step_left, step_right, (left, right), weights), slope)
+    reach = np.append(1 / 3, weights[:-1, 1]) * left, weights[:, 0] * right
+    return np.where(flags & _PROGRESSIVE, _held_back(slope, steps, *reach), slope)
 
 
 def _biased(slope: Array, target: Array, bias: Array, flags: NDArray[np.int64]) -> Array:
-    """Lean towards one neighbour; from 500 on the bias adds a slope of its own, 40 times its excess in hundreds squared."""
+    """Lean towards one neighbour by percents; beyond 500 the bias adds 40 times its excess in hundreds, squared."""
     weight = np.abs(bias) / 100
     edge = np.zeros(len(slope), dtype=bool)
     edge[[0, -1]] = True
@@ -75,13 +76,9 @@ def _biased(slope: Array, target: Array, bias: Array, flags: NDArray[np.int64]) 
     return np.where(flags & _TIME_INDEPENDENT, slope, out)
 
 
-def _held_back(slope: Array, step_left: Array, step_right: Array, spans: tuple[Array, Array], weights: Array) -> Array:
-    """The slope cut down until neither handle leaves the range of values between the key and its neighbours; ends level."""
+def _held_back(slope: Array, steps: Array, reach_left: Array, reach_right: Array) -> Array:
+    """The slope cut down until neither handle overshoots the neighbour on its side; the first and last run level."""
     sign = np.where(slope < 0, -1.0, 1.0)
-    reach_left = np.append(1 / 3, weights[:-1, 1]) * spans[0]
-    reach_right = weights[:, 0] * spans[1]
-    limits = [
-        np.where(np.isinf(step), 0.0, np.maximum(sign * step / np.where(reach > 0, reach, np.inf), 0))
-        for step, reach in ((step_left, reach_left), (step_right, reach_right))
-    ]
-    return sign * np.minimum(np.abs(slope), np.minimum(*limits))
+    left = sign * np.append(0.0, steps) / np.where(reach_left > 0, reach_left, np.inf)
+    right = sign * np.append(steps, 0.0) / np.where(reach_right > 0, reach_right, np.inf)
+    return sign * np.minimum(np.abs(slope), np.maximum(np.minimum(left, right), 0.0))

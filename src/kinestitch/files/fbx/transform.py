@@ -1,4 +1,4 @@
-"""Where a model stands: FBX's chain of offsets, pivots, pre- and post-rotations and scale, and its three ways to inherit."""
+"""Where a model stands: offsets, pivots, pre- and post-rotation, scale, and the three ways to inherit it."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def local_transform(model: Model, translation: Array, degrees: Array, scale: Arr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A model in the file's world over N frames: position (N, 3), whole matrix (N, 3, 3), product of rotations (N, 4)."""
+    """A model in the file's world: position (N, 3), whole matrix (N, 3, 3), product of rotations (N, 4)."""
 
     position: Array
     matrix: Array
@@ -91,7 +91,7 @@ class World:
 
 
 def nearest_rotation(matrices: Array) -> Array:
-    """Quaternions (N, 4) of matrices (N, 3, 3) without scale and shear; a mirrored frame gets its x axis turned back."""
+    """Quaternions (N, 4) nearest to matrices (N, 3, 3); a mirrored frame gets its x axis turned back."""
     u, _, v = np.linalg.svd(matrices)
     nearest = u @ v
     nearest[np.linalg.det(nearest) < 0, :, 0] *= -1
@@ -101,8 +101,8 @@ def nearest_rotation(matrices: Array) -> Array:
 def world_transform(local: Local, parent: World | None, parent_local: Local | None, inherit: int) -> World:
     """Place a model on its parent.
 
-    inherit : 0 scales after the parent's rotation and before its own (RrSs), 1 as matrices multiply (RSrs), 2 leaves the
-        parent's own scale out (Rrs)
+    inherit : 0 scales after both rotations (RrSs), 1 as matrices multiply (RSrs), 2 leaves the parent's own scale out
+        (Rrs)
     """
     turn = quat_to_matrix(local.rotation)
     if parent is None or parent_local is None:

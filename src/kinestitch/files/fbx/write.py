@@ -33,8 +33,9 @@ def write_fbx(motion: Motion, path: str | os.PathLike[str], *, take: str | None 
 
     take : name of the animation stack; the motion's name when left out
 
-    Centimetres, Y up, the motion's own frame rate, one key per frame. The rest pose stands as bind pose and as PreRotation, so
-    that all local rotations at zero show it. Raises OutputError if the file cannot be written.
+    Centimetres, Y up, the motion's own frame rate, one key per frame. The rest pose stands as bind pose and as
+    PreRotation, so that all local rotations at zero show it. Tips of leaf joints are left out. Raises OutputError if
+    the file cannot be written.
     """
     data = serialise(motion_document(motion, take or motion.name or "Take 001"))
     with replacing(path) as stream:
