@@ -78,10 +78,10 @@ def solve_bands(bands: Array, rhs: Array) -> Array:
 
 
 def solve_full(target: ArrayLike, delta: ArrayLike, stiffness: ArrayLike, weights: ArrayLike | None = None) -> Array:
-    """The whole clip at once (Eq. 4): (F, C) values whose second differences follow `delta` and which stay near
+    """The whole clip at once (Eq. 4): (F, ...) values whose second differences follow `delta` and which stay near
     `target`.
 
-    target, delta : (F, C) rad or m; stiffness : λ or (F,) Λ; weights : (F,) W ≥ 0, at least two of them positive
+    target, delta : (F, ...) rad or m; stiffness : λ or (F,) Λ; weights : (F,) W ≥ 0, at least two of them positive
 
     Minimises Σ W |R − target|² + Σ Λ |L R − delta|². Raises ParameterError for a negative stiffness or too few weights.
     """
@@ -92,5 +92,8 @@ def solve_full(target: ArrayLike, delta: ArrayLike, stiffness: ArrayLike, weight
         weights = np.asarray(weights, dtype=np.float64)
         if (weights < 0).any() or np.count_nonzero(weights) < min(2, len(weights)):
             raise ParameterError("Expected weights ≥ 0 with at least two frames above 0, so that one solution exists.")
-    shaped = rows.reshape(-1, *([1] * (target.ndim - 1)))
-    return target + solve_bands(normal_bands(rows, weights), transposed_second_difference(shaped * error))
+    rhs = transposed_second_difference(rows[:, None] * error.reshape(len(target), -1))
+    try:
+        return target + solve_bands(normal_bands(rows, weights), rhs).reshape(target.shape)
+    except np.linalg.LinAlgError as error:
+        raise ParameterError("Expected weights that leave one solution, got free frames without stiffness.") from error
