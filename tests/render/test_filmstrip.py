@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import subprocess
 import sys
@@ -122,6 +123,18 @@ def test_nothing_is_cut_off(name, view, travel):
         assert (boxes[:, 3] <= height + 0.5).all()
 
 
+def test_long_words_are_cut_short_in_the_middle():
+    name = "a very long name of a clip " * 12 + "end"
+    figure = filmstrip_figure(
+        sample("kick"), poses=3, labels=[name], title=name, segments=[[(0, 8, name), (140, 151, "far to the right")]]
+    )
+    width, _ = figure.get_size_inches() * figure.dpi
+    texts, _ = extent(figure)
+    assert (texts[:, 0] >= 0).all()
+    assert (texts[:, 2] <= width).all()
+    assert all("…" in word and word.endswith("end") for word in words(figure.axes[0]) if len(word) > 30)
+
+
 @pytest.mark.parametrize(
     "motion",
     [single_joint(), random_motion(3, joints=1), random_motion(4, joints=30, frames=2), random_motion(5, bend=6.0)],
@@ -131,6 +144,16 @@ def test_nothing_is_cut_off(name, view, travel):
 def test_any_skeleton_can_be_drawn(motion, travel, tmp_path):
     filmstrip(motion, tmp_path / "strip.png", travel=travel)
     assert poses(filmstrip_figure(motion).axes[0])[0] == 0
+
+
+def test_numbers_never_lie_on_each_other():
+    figure = filmstrip_figure(sample("idle"), travel=True, poses=9)
+    texts, bodies = extent(figure)
+    assert len(bodies) == 9
+    numbers = sorted(
+        tuple(box) for box, text in zip(texts, figure.axes[0].texts, strict=True) if text.get_text().isdigit()
+    )
+    assert all(left[2] < right[0] for left, right in itertools.pairwise(numbers))
 
 
 def test_rows_of_different_bodies_share_one_scale():

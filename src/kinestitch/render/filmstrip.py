@@ -26,6 +26,8 @@ TALLEST = 2.4
 """Inches that a body height takes at most, however few poses there are."""
 SUFFIXES = (".png", ".svg", ".pdf")
 COLOURS = {"left": "#2f6fa7", "right": "#d9822b", "torso": "#5b6168"}
+GLYPH = 0.74 / 72
+"""Inches that a letter takes a point of its font size, generously."""
 PASTED = ("#8e5aa8", "#3f8f6b", "#b0446c")
 """Blue and orange part left from right for every kind of colour vision; pasted segments take these colours in turn."""
 
@@ -128,10 +130,11 @@ def filmstrip_figure(
     top = 0.42 if title else 0.12
     unit = min((width - 0.5) / layout.width, TALLEST)
     layout = replace(layout, width=(width - 0.5) / unit)
-    heights = [layout.height * unit + 0.18 + _below(row) for row in drawn]
+    heights = [_above(row) * unit + 0.18 + _below(row) for row in drawn]
     figure = Figure(figsize=(width, sum(heights) + top), dpi=dpi)
     if title:
-        figure.text(0.25 / width, 1 - 0.14 / (sum(heights) + top), title, va="top", fontsize=12, fontweight="bold")
+        words = _fitting(title, 12, width - 0.5)
+        figure.text(0.25 / width, 1 - 0.14 / (sum(heights) + top), words, va="top", fontsize=12, fontweight="bold")
     base = sum(heights)
     for row, height in zip(drawn, heights, strict=True):
         base -= height
@@ -148,10 +151,9 @@ def _below(row: _Row) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """The strip in body heights: its width and height, and half a pose's room at either end."""
+    """The strip in body heights: its width, and half a pose's room at either end."""
 
     width: float
-    height: float
     margin: float
     travel: bool
 
@@ -198,13 +200,17 @@ def _pose_frames(motion: Motion, poses: int | Sequence[int]) -> Array:
 
 def _layout(rows: list[_Row], travel: bool) -> _Layout:
     half = max(float(np.abs(row.paper[..., 0] - row.paper[:, :1, 0]).max()) for row in rows) + 0.06
-    half = float(np.clip(half, 0.2, 1.2))
-    height = max(float(np.ptp(_levelled(row)[..., 1])) for row in rows) + 0.16
+    half = float(np.clip(half, 0.2, 3.0))
     if travel:
         span = max(float(np.ptp(row.paper[:, 0, 0])) for row in rows)
     else:
         span = max(len(row.frames) - 1 for row in rows) * float(np.clip(1.75 * half, 0.42, 1.5))
-    return _Layout(max(span + 2 * half, 1.2), max(height, 0.5), half, travel)
+    return _Layout(max(span + 2 * half, 1.2), half, travel)
+
+
+def _above(row: _Row) -> float:
+    """Room above the ground line in body heights."""
+    return max(float(np.ptp(_levelled(row)[..., 1])) + 0.16, 0.5)
 
 
 def _levelled(row: _Row) -> Array:
@@ -224,6 +230,12 @@ def _places(row: _Row, layout: _Layout) -> Array:
     return np.linspace(layout.margin, layout.width - layout.margin, len(row.frames))
 
 
+def _fitting(words: str, points: float, inches: float) -> str:
+    """The words, cut short in the middle if they are too long for a line of so many inches at a font size."""
+    room = max(int(inches / (points * GLYPH)), 3)
+    return words if len(words) <= room else f"{words[: room // 2]}…{words[len(words) - (room - room // 2 - 1) :]}"
+
+
 def _draw_row(axes: Axes, row: _Row, layout: _Layout, unit: float, size: tuple[float, float]) -> None:
     width, height = size
     below = _below(row)
@@ -236,14 +248,24 @@ def _draw_row(axes: Axes, row: _Row, layout: _Layout, unit: float, size: tuple[f
     axes.plot(edge, (0, 0), color="#b9bec4", linewidth=0.8, zorder=0)
     _draw_marks(axes, row, places, layout, unit)
     parts = mannequin(with_tips(row.motion.skeleton))
+    numbered: list[float] = []
     for frame, place, pose, floor in zip(row.frames, places, _levelled(row), row.ground, strict=True):
         here = pose - np.array([pose[0, 0] - place, 0, 0])
         shadow = floor[..., :2] - floor[0, :2] + np.array([place, 0])
         _draw_shadow(axes, shadow)
         _draw_pose(axes, here, parts, frame)
-        axes.text(place, -0.06 / unit - 0.035, str(frame), ha="center", va="top", fontsize=7.5, color="#4a4f55")
+        if np.abs(place - np.array(numbered)).min(initial=np.inf) > 0.24 / unit:  # no two numbers on each other
+            numbered.append(place)
+            axes.text(place, -0.06 / unit - 0.035, str(frame), ha="center", va="top", fontsize=7.5, color="#4a4f55")
     axes.text(
-        0, (height - below) / unit - 0.07, row.label, ha="left", va="top", fontsize=9.5, fontweight="bold", color="#222"
+        0,
+        (height - below) / unit - 0.07,
+        _fitting(row.label, 9.5, width - 0.5),
+        ha="left",
+        va="top",
+        fontsize=9.5,
+        fontweight="bold",
+        color="#222",
     )
 
 
@@ -253,15 +275,17 @@ def _draw_marks(axes: Axes, row: _Row, places: Array, layout: _Layout, unit: flo
             return float(places[0])
         return float(np.interp(frame, row.frames, places))
 
-    top = layout.height - 0.1
+    top = _above(row) - 0.1
     for number, stretch in enumerate(row.segments):
         colour = stretch.colour or PASTED[number % len(PASTED)]
         left, right = at(stretch.start), at(stretch.stop)
         axes.fill_between((left, right), -0.035, top, color=colour, alpha=0.13, linewidth=0, zorder=-2)
         axes.plot((left, right), (-0.035, -0.035), color=colour, linewidth=2.2, solid_capstyle="butt", zorder=1)
         if stretch.label:
-            middle = (left + right) / 2
-            axes.text(middle, -0.24 / unit - 0.035, stretch.label, ha="center", va="top", fontsize=7.5, color=colour)
+            words = _fitting(stretch.label, 7.5, layout.width * unit)
+            half = len(words) * 7.5 * GLYPH / 2 / unit
+            middle = min(max((left + right) / 2, half), layout.width - half)
+            axes.text(middle, -0.24 / unit - 0.035, words, ha="center", va="top", fontsize=7.5, color=colour)
     for frame in row.marks:
         axes.plot((at(frame),) * 2, (-0.035, top), color="#8c2d5b", linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
 
