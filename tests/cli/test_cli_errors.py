@@ -265,3 +265,19 @@ def test_a_reader_that_leaves_early_is_no_error(tmp_path):
         assert process.stderr is not None
         process.stdout.close()
         assert b"Traceback" not in process.stderr.read()
+
+
+def test_the_clips_of_another_programs_document_are_inputs_too(kinestitch, tmp_path):
+    import opentimelineio as otio
+
+    line = otio.schema.Timeline("foreign")
+    track = otio.schema.Track("motion", kind=otio.schema.TrackKind.Video)
+    line.tracks.append(track)
+    for name in ("walk", "kick"):
+        track.append(otio.schema.Clip(name, otio.schema.ExternalReference(target_url=f"{name}.bvh")))
+    otio.adapters.write_to_file(line, str(tmp_path / "foreign.otio"))
+    assert kinestitch("stitch", "foreign.otio", "-o", "new.bvh").code == 0
+    before = (tmp_path / "kick.bvh").read_bytes()
+    assert "got an input" in kinestitch("stitch", "foreign.otio", "-o", "kick.bvh").error
+    assert "got an input" in kinestitch("stitch", "foreign.otio", "-o", "out.bvh", "--report", "kick.bvh").error
+    assert (tmp_path / "kick.bvh").read_bytes() == before

@@ -131,16 +131,3 @@ class Library:
                 f"Expected {info.frames} frames at {info.fps:g} fps in clip {key!r}, as {Path(path).name} says, "
                 f"got {motion.frames} at {motion.fps:g} fps. Save the edit anew. ({self.sources[key]})"
             )
-
-
-def inputs_of(path: str) -> list[str]:
-    """The files that a clip or an edit document stands for, without reading the clips."""
-    from kinestitch.edit import load_document
-
-    if not is_document(path):
-        return [path]
-    try:
-        with warnings_as_lines(lambda _: None):
-            return [path, *load_document(path).sources.values()]
-    except DocumentError:
-        return [path]  # whatever is wrong with it is told when it is opened

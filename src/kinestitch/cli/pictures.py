@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinestitch.cli.console import console, progress
-from kinestitch.cli.inputs import Library, inputs_of, is_document, read_clip
+from kinestitch.cli.inputs import Library, is_document, read_clip
 from kinestitch.cli.options import FILE
 from kinestitch.cli.outputs import check_output, refuse_suffix
 
@@ -57,7 +57,7 @@ def plot(source: str, output: str, joint: str | None, before: str | None, seams:
     if before is not None and is_document(source):
         raise ParameterError(f"Expected no --before with an edit, which brings its own hard cut. ({source})")
     refuse_suffix(output, PICTURES)
-    check_output(output, [*inputs_of(source), *([] if before is None else [before])])
+    check_output(output, [source] if before is None else [source, before])
     with progress(4) as step:
         shown = show(source, step)
         cut = shown.before if before is None else read_clip(before)
@@ -95,7 +95,7 @@ def filmstrip(*, sources: tuple[str, ...], output: str, poses: int, view: str, t
       kinestitch filmstrip walk.bvh kick.bvh edit.otio -o strip.svg --view side
     """
     refuse_suffix(output, PICTURES)
-    check_output(output, [path for source in sources for path in inputs_of(source)])
+    check_output(output, sources)
     with progress(2 * len(sources) + 1) as step:
         rows = [show(source, step) for source in sources]
         step("drawing")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from kinestitch.cli.console import progress
 from kinestitch.cli.failures import tell
-from kinestitch.cli.inputs import Library, Opened, inputs_of, is_document
+from kinestitch.cli.inputs import Library, Opened, is_document
 from kinestitch.cli.options import BEFORE, CLIP, FILE, NOT_NEGATIVE, OVER, RANGE, OrderedCommand, in_order
 from kinestitch.cli.outputs import check_output, check_suffix
 
@@ -83,6 +83,7 @@ def stitch(
     seam = _seam(ctx, smooth, stiffness)
     with progress(len(edits) + 5) as step:
         opened, notes = _edited(Library(step), original, edits, seam)
+        _keep_inputs(opened.sources.values(), output, report)
         for note in notes:
             tell("note", note)
         if is_document(output):
@@ -103,15 +104,21 @@ def stitch(
 def _check_paths(
     ctx: click.Context, original: str, edits: list[tuple[str, Any]], output: str, report: str | None
 ) -> None:
-    inputs = inputs_of(original) + [ref[0] for ref in map(_reference, edits) if ref is not None]
     check_suffix(output, documents=True)
-    check_output(output, inputs)
-    if report is not None:
-        check_output(report, inputs, also=[output])
+    references = [reference[0] for reference in map(_reference, edits) if reference is not None]
+    _keep_inputs([original, *references], output, report)
     if is_document(output) and report is None:
         for name in ("chart", "method"):
             if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
                 raise click.UsageError(f"Expected no --{name} for a document, which holds the edit alone.", ctx)
+
+
+def _keep_inputs(inputs: Iterable[str], output: str, report: str | None) -> None:
+    """Refuse outputs that would replace one of these files, or each other."""
+    inputs = list(inputs)
+    check_output(output, inputs)
+    if report is not None:
+        check_output(report, inputs, also=[output])
 
 
 def _reference(edit: tuple[str, Any]) -> tuple[str, int | None, int | None] | None:
