@@ -26,6 +26,7 @@ from kinestitch.core.rotation import (
     quat_mean,
     quat_multiply,
     quat_normalize,
+    quat_slerp,
     rotvec_to_quat,
 )
 from kinestitch.errors import ParameterError
@@ -217,23 +218,39 @@ def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: A
     d̄/2)``, the right
     side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.
 
+    Seams with overlapping windows are solved one after the other, each with the poses that those before it have left,
+    in both orders; the middle of the two commutes with time reversal.
+
     rotations : (n, J, 4); straddling : (S, 4, J, 4); curves : (n, 2S). Returns (n, J, 4).
     """
-    means, gaps = [], []
-    for before, after, own_before, first in straddling:
-        relative = quat_multiply(quat_conjugate(np.stack([before, after])), np.stack([own_before, first]))
-        relative[1] *= _agree(relative[0], relative[1])[:, None]
-        relative *= np.where(relative[..., 3].sum(axis=0) < 0, -1.0, 1.0)[:, None]
-        mean = quat_log(quat_normalize(relative.sum(axis=0)))
-        back = rotvec_to_quat(-mean / 2)
-        means.append(mean)
-        gaps.append(mean + quat_log(quat_multiply(quat_multiply(back, relative), back)))
-    offsets = np.stack(gaps).reshape(2 * len(means), -1)
-    out = rotations
-    for seam, m in enumerate(cluster.local_frames):
-        change = (curves[:, 2 * seam : 2 * seam + 2] @ offsets[2 * seam : 2 * seam + 2]).reshape(
-            *rotations.shape[:2], 3
-        )
-        half = np.where(np.arange(cluster.frames)[:, None, None] < m, 0.5, -0.5) * means[seam]
-        out = quat_multiply(quat_multiply(out, rotvec_to_quat(half)), rotvec_to_quat(change - half))
-    return np.asarray(out)
+    order = range(len(straddling))
+    there = _mid_tangent(rotations, straddling, cluster, curves, order)
+    if len(order) == 1:
+        return there
+    return quat_slerp(there, _mid_tangent(rotations, straddling, cluster, curves, order[::-1]), np.array(0.5))
+
+
+def _mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: Array, order: Sequence[int]) -> Array:
+    poses, frames = straddling.copy(), cluster.local_frames
+    left_of = np.arange(cluster.frames)[:, None, None]
+    for place, seam in enumerate(order):
+        mean, offsets = _mid_offsets(poses[seam])
+        change = np.einsum("nk,kjc->njc", curves[:, 2 * seam : 2 * seam + 2], offsets)
+        half = np.where(left_of < frames[seam], 0.5, -0.5) * mean
+        rotations = quat_multiply(quat_multiply(rotations, rotvec_to_quat(half)), rotvec_to_quat(change - half))
+        for other in order[place + 1 :]:
+            near = [frames[other] - 1, frames[other]] * 2
+            half = (0.5 if other < seam else -0.5) * mean
+            turn = quat_multiply(rotvec_to_quat(half), rotvec_to_quat(change[near] - half))
+            poses[other] = quat_multiply(poses[other], turn)
+    return rotations
+
+
+def _mid_offsets(straddling: Array) -> tuple[Array, Array]:
+    """A seam's d̄ (J, 3) and its offset rows (2, J, 3) in the mid-tangent form, from poses (4, J, 4)."""
+    relative = quat_multiply(quat_conjugate(straddling[:2]), straddling[2:])
+    relative[1] *= _agree(relative[0], relative[1])[:, None]
+    relative *= np.where(relative[..., 3].sum(axis=0) < 0, -1.0, 1.0)[:, None]
+    mean = quat_log(quat_normalize(relative.sum(axis=0)))
+    back = rotvec_to_quat(-mean / 2)
+    return mean, mean + quat_log(quat_multiply(quat_multiply(back, relative), back))
