@@ -10,6 +10,19 @@ from kinestitch.core.rotation import Array
 from kinestitch.core.skeleton import Skeleton, frozen
 from kinestitch.errors import InvalidMotionError
 
+_UNIT_TOLERANCE = 1e-6
+_BLOCK = 8192  # quaternions looked at a time, so that temporaries stay in the processor's cache
+
+
+def _all_unit(quaternions: Array) -> bool:
+    ones = np.ones(4)
+    for start in range(0, len(quaternions), _BLOCK):
+        block = quaternions[start : start + _BLOCK]
+        square = (block * block) @ ones
+        if not (square.min() > 1 - _UNIT_TOLERANCE and square.max() < 1 + _UNIT_TOLERANCE):
+            return False
+    return True
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Motion:
@@ -48,10 +61,9 @@ class Motion:
         self._check_values()
 
     def _check_values(self) -> None:
-        x, y, z, w = (self.rotations[..., i] for i in range(4))
-        square = x * x + y * y + z * z + w * w
-        if not (square.min() > 1 - 1e-6 and square.max() < 1 + 1e-6):
-            frame, joint = np.argwhere(~(np.abs(square - 1.0) < 1e-6))[0]
+        if not _all_unit(self.rotations.reshape(-1, 4)):
+            square = np.einsum("fji,fji->fj", self.rotations, self.rotations)
+            frame, joint = np.argwhere(~(np.abs(square - 1.0) < _UNIT_TOLERANCE))[0]
             raise InvalidMotionError(
                 f"Expected unit quaternions, got norm² {square[frame, joint]:.6g} "
                 f"at frame {frame}, joint {self.skeleton.names[joint]!r}."

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -92,44 +93,41 @@ def centred_chart(rotations: Array, straddling: Array, local_frames: Sequence[in
     local_frames : each seam's frame m counted from the window's start
 
     Each segment takes the sign that makes the sum of w over its own seam frames ≥ 0, each for itself: chaining the
-    sign from
-    segment to segment makes hips spin.
+    sign from segment to segment makes hips spin.
     """
     base = quat_mean(straddling.reshape(-1, *straddling.shape[2:]))
-    sign = _continuous_signs(rotations)
     edges = [0, *local_frames, len(rotations)]
     around = quat_multiply(quat_conjugate(base), straddling)
     flips = np.ones(around.shape[:3])
+    sign = _continuous_signs(rotations)
     for seam, m in enumerate(local_frames):
-        flips[seam, 0], flips[seam, 3] = sign[m - 1], sign[m]
-        flips[seam, 1] = sign[m - 1] * _agree(straddling[seam, 1], rotations[m - 1])
-        flips[seam, 2] = sign[m] * _agree(straddling[seam, 2], rotations[m])
-    weight = around[..., 3] * flips
-    for piece in range(len(edges) - 1):
-        total = np.zeros(rotations.shape[1])
+        if sign is not None:
+            flips[seam, :2], flips[seam, 2:] = sign[m - 1], sign[m]
+        flips[seam, 1] *= _agree(straddling[seam, 1], rotations[m - 1])
+        flips[seam, 2] *= _agree(straddling[seam, 2], rotations[m])
+    for piece, (first, last) in enumerate(pairwise(edges)):
+        own = []  # this segment's frames around the seams on its left and on its right
         if piece > 0:
-            total += weight[piece - 1, 2:].sum(axis=0)
+            own.append((piece - 1, slice(2, 4)))
         if piece < len(local_frames):
-            total += weight[piece, :2].sum(axis=0)
-        turn = total < 0
-        if turn.any():
-            sign[edges[piece] : edges[piece + 1], turn] *= -1.0
-            if piece > 0:
-                flips[piece - 1, 2:, turn] *= -1.0
-            if piece < len(local_frames):
-                flips[piece, :2, turn] *= -1.0
+            own.append((piece, slice(0, 2)))
+        turn = sum((around[seam, rows, :, 3] * flips[seam, rows]).sum(axis=0) for seam, rows in own) < 0
+        if np.any(turn):
+            sign = np.ones(rotations.shape[:2]) if sign is None else sign
+            sign[first:last, turn] *= -1.0
+            for seam, rows in own:
+                flips[seam, rows, turn] *= -1.0
     vectors, _ = chart_vectors(split(base), split(straddling), flips)
-    return Charted(base, sign if (sign < 0).any() else None, vectors)
+    return Charted(base, sign, vectors)
 
 
 def _agree(p: Array, q: Array) -> Array:
     return np.where(np.einsum("ji,ji->j", p, q) < 0, -1.0, 1.0)
 
 
-def _continuous_signs(rotations: Array) -> Array:
-    """Signs (n, J) that make neighbouring frames lie in one hemisphere, +1 at the first frame."""
+def _continuous_signs(rotations: Array) -> Array | None:
+    """Signs (n, J) that make neighbouring frames agree in hemisphere, +1 at the first frame; None where all are +1."""
     frames, joints = rotations.shape[:2]
-    sign = np.ones((frames, joints))
     ones = np.ones(4)
     step = max(1, _BLOCK // joints)
     apart = np.zeros((frames, joints), dtype=bool)
@@ -138,9 +136,10 @@ def _continuous_signs(rotations: Array) -> Array:
         before = slice(rows.start - 1, rows.stop - 1)
         np.less((rotations[rows] * rotations[before]) @ ones, 0, out=apart[rows])
     some = np.flatnonzero(apart.any(axis=0))
-    if len(some):
-        odd = np.cumsum(apart[:, some], axis=0, dtype=np.int32) & 1
-        sign[:, some] = 1.0 - 2.0 * odd
+    if len(some) == 0:
+        return None
+    sign = np.ones((frames, joints))
+    sign[:, some] = 1.0 - 2.0 * (np.cumsum(apart[:, some], axis=0, dtype=np.int32) & 1)
     return sign
 
 
