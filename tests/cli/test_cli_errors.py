@@ -190,7 +190,6 @@ def test_settings_that_a_document_does_not_hold(kinestitch):
         (("filmstrip", "walk.bvh", "-o", "out.png", "--poses", "0"), "0"),
         (("filmstrip", "walk.bvh", "-o", "out.png", "--view", "below"), "'below'"),
         (("filmstrip", "-o", "out.png"), "Missing argument"),
-        (("info",), "Usage"),
         (("sew",), "No such command 'sew'"),
         (("completion", "cmd"), "'cmd'"),
         (("demo", "walk.bvh"), "got a file"),
@@ -200,8 +199,15 @@ def test_other_verbs(kinestitch, tmp_path, words, told):
     ran = kinestitch(*words)
     assert ran.code == 2
     assert told in ran.err
-    assert ran.err.count("\n") == 1 or "Usage" in told
+    assert ran.err.count("\n") == 1
     assert untouched(tmp_path)
+
+
+@pytest.mark.parametrize("words", [(), ("info",), ("stitch",)])
+def test_without_arguments_the_help_is_shown(kinestitch, words):
+    ran = kinestitch(*words)
+    assert "Usage: kinestitch" in ran.out + ran.err
+    assert ran.code == 2 or not ran.err  # click before 8.2 takes it for a question, not a mistake
 
 
 def test_info_goes_on_after_a_damaged_file(kinestitch):
