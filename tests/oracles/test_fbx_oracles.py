@@ -1,6 +1,7 @@
 """FBX against two readers that share no code with ours: ufbx and Blender."""
 
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,14 @@ import pytest
 
 from kinestitch.core.kinematics import local_from_world, world_pose
 from kinestitch.core.rotation import matrix_to_quat, quat_conjugate, quat_distance, quat_multiply
+from kinestitch.errors import FormatError, KinestitchWarning
 from kinestitch.files.fbx import read_fbx, write_fbx
+from kinestitch.files.fbx.bones import choose_joints
+from kinestitch.files.fbx.curves import TICKS
+from kinestitch.files.fbx.frames import frame_ticks
+from kinestitch.files.fbx.pose import needed_models
+from kinestitch.files.fbx.read import choose_take, read_document, takes_of
+from kinestitch.files.fbx.scene import Scene
 from kinestitch.testing import random_motion
 
 pytestmark = pytest.mark.oracle
@@ -100,6 +108,47 @@ def test_blender_reads_what_we_write(written, ask_blender):
     for (_, motion), answer in zip(written, ask_blender(requests(written)), strict=True):
         assert_like_blender(motion, answer)
         assert abs(answer["fps"] - motion.fps) < 1e-3
+
+
+def conformance_files():
+    home = os.environ.get("KINESTITCH_DATA")
+    return sorted((Path(home) / "conformance_fbx").glob("*.fbx")) if home else []
+
+
+# where a step changes just after a key, ufbx rounds the time of that very key past it
+STEPS_ON_THE_KEY = ("interpolation_modes", "late_stepped_tangents")
+
+
+def test_ufbx_places_every_joint_of_the_conformance_files_alike(ask_ufbx):
+    """Pivots, inherited scale, layers, tangents, extrapolation, FBX 5 to 7.7, text and binary."""
+    asked = []
+    for path in conformance_files():
+        try:
+            motion, start = read_with_start(path)
+        except FormatError:
+            continue
+        asked.append(({"path": path, "start": start, "fps": motion.fps, "frames": motion.frames}, motion))
+    if not asked:
+        pytest.skip("KINESTITCH_DATA is unset: no conformance files")
+    assert len(asked) > 130
+    for (request, motion), answer in zip(asked, ask_ufbx([request for request, _ in asked]), strict=True):
+        names = list(answer["names"])
+        shared = [j for j, name in enumerate(motion.skeleton.names) if name in names]
+        theirs = answer["positions"][:, [names.index(motion.skeleton.names[j]) for j in shared]]
+        moved = np.linalg.norm(world_pose(motion).positions[:, shared] - theirs, axis=-1)
+        allowed = 3 if any(name in request["path"].name for name in STEPS_ON_THE_KEY) else 0
+        assert (moved.max(axis=1) > METRES).sum() <= allowed, f"{request['path'].name}: {moved.max()} m"
+
+
+def read_with_start(path):
+    """A motion and the time of its first key in s."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", KinestitchWarning)
+        motion = read_fbx(path)
+    scene = Scene(read_document(path))
+    take = choose_take(takes_of(scene))
+    models = needed_models(scene, choose_joints(scene, take))
+    return motion, frame_ticks(take, models, scene.fps)[0][0] / TICKS
 
 
 def test_both_read_a_clip_that_we_wrote_anew(clips, ask_ufbx, ask_blender, tmp_path):

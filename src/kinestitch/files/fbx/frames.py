@@ -9,8 +9,8 @@ from kinestitch.files.fbx.animation import Take
 from kinestitch.files.fbx.curves import TICKS, Ticks
 from kinestitch.files.fbx.scene import TIME_MODES, Key
 
-_FREE_POSES = 5_000_000  # joint poses that a file of few keys may ask for
-_POSES_PER_KEY = 1000
+_FREE_POSES = 2_000_000  # joint poses that a file of few keys may ask for
+_POSES_PER_KEY = 100
 
 
 def frame_ticks(take: Take | None, models: list[Key], fps: float) -> tuple[Ticks, float]:

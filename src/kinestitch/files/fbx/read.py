@@ -36,7 +36,8 @@ def list_takes(path: str | os.PathLike[str]) -> tuple[str, ...]:
     Raises FormatError for damaged files, FileNotFoundError.
     """
     try:
-        return tuple(take.name for take in _takes(Scene(read_document(path))))
+        with np.errstate(all="ignore"):
+            return tuple(take.name for take in takes_of(Scene(read_document(path))))
     except FormatError as error:
         raise FormatError(f"{error} ({path})") from None
 
@@ -56,11 +57,13 @@ def read_fbx(path: str | os.PathLike[str], *, take: str | None = None) -> Motion
             return _read(Path(path), take)
     except (FormatError, InvalidMotionError) as error:
         raise FormatError(f"{error} ({path})") from None
+    except ParameterError as error:
+        raise ParameterError(f"{error} ({path})") from None
 
 
 def _read(path: Path, wanted: str | None) -> Motion:
     scene = Scene(read_document(path))
-    take = _choose(_takes(scene), wanted, path)
+    take = choose_take(takes_of(scene), wanted)
     joints = choose_joints(scene, take)
     ticks, fps = frame_ticks(take, needed_models(scene, joints), scene.fps)
     bare = bare_skeleton(scene, joints)
@@ -71,20 +74,25 @@ def _read(path: Path, wanted: str | None) -> Motion:
     return Motion(skeleton, translations, quat_normalize(rotations), fps, path.stem)
 
 
-def _takes(scene: Scene) -> tuple[Take, ...]:
+def takes_of(scene: Scene) -> tuple[Take, ...]:
+    """All takes of a scene, whatever the file's version."""
     return read_takes(scene) or read_old_takes(scene)
 
 
-def _choose(takes: tuple[Take, ...], wanted: str | None, path: Path) -> Take | None:
+def choose_take(takes: tuple[Take, ...], wanted: str | None = None) -> Take | None:
+    """The take called `wanted`; by default ``mixamo.com`` if it moves, else the one with the most keys, None of none.
+
+    Raises ParameterError with the names there are.
+    """
     if wanted is not None:
         for take in takes:
             if take.name == wanted:
                 return take
         names = ", ".join(repr(take.name) for take in takes) or "none"
-        raise ParameterError(f"Expected a take out of {names}, got {wanted!r}. ({path})")
-    return max(
-        takes, key=lambda take: (take.name == "mixamo.com" and take.key_count() > 0, take.key_count()), default=None
-    )
+        raise ParameterError(f"Expected a take out of {names}, got {wanted!r}.")
+    keys = [take.key_count() for take in takes]
+    best = max(range(len(takes)), key=lambda i: (takes[i].name == "mixamo.com" and keys[i] > 0, keys[i]), default=None)
+    return None if best is None else takes[best]
 
 
 def _upright(scene: Scene, translations: Array, rotations: Array) -> tuple[Array, Array]:

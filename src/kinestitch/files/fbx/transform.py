@@ -18,10 +18,12 @@ from kinestitch.core.rotation import (
     quat_to_euler,
     quat_to_matrix,
 )
+from kinestitch.errors import FormatError
 from kinestitch.files.fbx.scene import Model
 
 # FBX names the axis that turns first; read as a product of rotating axes the order is the other way round
 ORDERS = ("ZYX", "YZX", "XZY", "ZXY", "YXZ", "XYZ", "ZYX")
+_LARGEST = 1e100
 UNIT_SCALE = 2e-6  # a scale this near 1 moves a joint one metre away by two micrometres
 
 
@@ -92,6 +94,8 @@ class World:
 
 def nearest_rotation(matrices: Array) -> Array:
     """Quaternions (N, 4) nearest to matrices (N, 3, 3); a mirrored frame gets its x axis turned back."""
+    if not np.isfinite(matrices).all() or np.abs(matrices).max(initial=0.0) > _LARGEST:
+        raise FormatError("Expected finite scales, got infinite ones. Export the clip again.")
     u, _, v = np.linalg.svd(matrices)
     nearest = u @ v
     nearest[np.linalg.det(nearest) < 0, :, 0] *= -1
