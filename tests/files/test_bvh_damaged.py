@@ -148,7 +148,7 @@ def test_cut_off_anywhere(clip):
         assert result == "refused" or length > last_row, length
 
 
-@settings(max_examples=300)
+@settings(max_examples=300, deadline=None)
 @given(st.integers(0, 10**6), st.integers(0, 255), st.integers(1, 4))
 def test_changed_bytes(clip, place, value, count):
     path, data = clip
@@ -158,7 +158,7 @@ def test_changed_bytes(clip, place, value, count):
     attempt(path, bytes(damaged))
 
 
-@settings(max_examples=100)
+@settings(max_examples=100, deadline=None)
 @given(st.binary(max_size=400))
 def test_rubbish(clip, data):
     path, _ = clip

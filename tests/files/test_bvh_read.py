@@ -213,6 +213,21 @@ def test_front_door_reads_bvh(tmp_path):
         read(path, take="one")
 
 
+@pytest.mark.parametrize("block", [1, 30, 61])
+@pytest.mark.parametrize("gap", ["\n", "\r\n", "\n\n  \n"])
+def test_blocks_end_anywhere(load, monkeypatch, block, gap):
+    rows = [" ".join(str(f * 9 + c) for c in range(9)) for f in range(20)]
+    text = ARM[: ARM.index("1 2 3 10")].replace("Frames: 2", "Frames: 18") + gap.join(rows)
+    with pytest.warns(KinestitchWarning, match="2 row"):
+        whole = load(text)
+    monkeypatch.setattr("kinestitch.files.bvh_frames.BLOCK", block)
+    with pytest.warns(KinestitchWarning, match="2 row"):
+        cut = load(text)
+    assert cut.frames == 18
+    assert np.array_equal(cut.rotations, whole.rotations)
+    assert np.array_equal(cut.translations, whole.translations)
+
+
 def test_long_rows_and_many_blocks(load):
     rows = "\n".join(" ".join(f"{(f * 9 + c) % 997 / 7:.6f}" for c in range(9)) for f in range(5000))
     motion = load(ARM[: ARM.index("1 2 3 10")].replace("Frames: 2", "Frames: 5000") + rows)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinestitch.files.decimals import bad_token, parse_decimals
@@ -39,6 +39,7 @@ spellings = st.one_of(
 )
 
 
+@settings(deadline=None)
 @given(st.lists(spellings, min_size=1, max_size=30), st.sampled_from([" ", "\n", "\t \r\n"]))
 def test_any_numbers(tokens, gap):
     same_bits((gap + gap.join(tokens)).encode())

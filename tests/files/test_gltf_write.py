@@ -38,6 +38,18 @@ def test_rate_and_frames(tmp_path, fps, frames):
     assert read_gltf(tmp_path / "a.glb").fps == motion.fps
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0, 120000 / 1001])
+def test_a_long_clip_whose_key_times_are_coarse(tmp_path, fps):
+    motion = replace(random_motion(2, joints=1, frames=100_000, bend=3.0), fps=fps)
+    write_gltf(motion, tmp_path / "a.glb")
+    data = (tmp_path / "a.glb").read_bytes()
+    (tmp_path / "b.glb").write_bytes(data.replace(b'"fps"', b'"FPS"'))
+    for name in ("a.glb", "b.glb"):
+        back = read_gltf(tmp_path / name)
+        assert back.fps == pytest.approx(fps, rel=1e-6)
+        assert_motion_close(back, motion, degrees=1e-4, metres=1e-3)  # metres: it walks for kilometres
+
+
 def document_and_paths(path):
     document = parse_glb(path.read_bytes()).document
     channels = document["animations"][0]["channels"]

@@ -25,12 +25,14 @@ class Columns:
 
     position : (joints, axes, columns) of all position channels
     rotations : for each sequence of axes, e.g. "ZXY", its joints (N,) and columns (N, len(axes))
+    still : joints without a rotation channel
     """
 
     count: int
     labels: tuple[str, ...]
     position: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]
     rotations: tuple[tuple[str, NDArray[np.intp], NDArray[np.intp]], ...]
+    still: list[int]
 
 
 def columns_of(nodes: list[Node]) -> Columns:
@@ -52,7 +54,8 @@ def columns_of(nodes: list[Node]) -> Columns:
         for axes, members in groups.items()
         if axes
     )
-    return Columns(len(labels), tuple(labels), (where[0], where[1], where[2]), rotations)
+    still = [joint for joint, _ in groups.get("", [])]
+    return Columns(len(labels), tuple(labels), (where[0], where[1], where[2]), rotations, still)
 
 
 def _turn(angles: Array, axes: str) -> Array:
@@ -81,7 +84,7 @@ def read_frames(
     translations = np.empty((frames, len(offsets), 3))
     translations[:] = offsets
     rotations = np.empty((frames, len(offsets), 4))
-    rotations[:] = quat_identity()
+    rotations[:, columns.still] = quat_identity()
     line = data.count(b"\n", 0, start) + 1
     done = 0
     while start < len(data) and done < frames:
@@ -154,4 +157,8 @@ def _fill(rows: Array, columns: Columns, unit: float, translations: Array, rotat
             raise FormatError(f"Expected positions below {_LIMIT:g}, got {np.abs(moves).max():g}.")
         translations[:, joints, axes] = moves * unit
     for letters, members, turns in columns.rotations:
-        rotations[:, members] = _turn(np.radians(rows[:, turns]), letters)
+        q = _turn(np.radians(rows[:, turns]), letters)
+        if members[-1] - members[0] == len(members) - 1:
+            rotations[:, members[0] : members[-1] + 1] = q  # much faster than by index
+        else:
+            rotations[:, members] = q

@@ -29,9 +29,11 @@ def parse_decimals(text: bytes) -> tuple[Array, NDArray[np.intp]]:
         raise ValueError("not a decimal number")
     padded = b" " * 8 + text + b" "
     bytes_ = np.frombuffer(padded, dtype=np.uint8)
-    word = bytes_ > _SPACE
-    edges = np.flatnonzero(word[1:] != word[:-1]) + 1
-    starts, ends = edges[0::2], edges[1::2]
+    gaps = np.flatnonzero(bytes_ <= _SPACE)
+    starts, ends = gaps[:-1] + 1, gaps[1:]
+    empty = starts == ends
+    if empty.any():
+        starts, ends = starts[~empty], ends[~empty]
     first = bytes_[starts]
     signed = (first == _MINUS) | (first == _PLUS)
     digits = starts + signed
@@ -40,14 +42,14 @@ def parse_decimals(text: bytes) -> tuple[Array, NDArray[np.intp]]:
     slow = (whole > 8) | (fraction > 8) | (whole + fraction == 0)
     is_digit = (bytes_ - np.uint8(_ZERO)) < 10
     if np.count_nonzero(is_digit) != int((whole + fraction).sum()):
-        slow[_with_odd_bytes(word & ~is_digit, starts, signed, point, ends)] = True
+        slow[_with_odd_bytes(~is_digit & (bytes_ > _SPACE), starts, signed, point, ends)] = True
     np.minimum(whole, 8, out=whole)
     np.minimum(fraction, 8, out=fraction)
     windows = np.ndarray((len(padded) - 7,), "<u8", padded, 0, (1,))
     number = _digits_before(windows, point, whole) * _POWERS[fraction] + _digits_before(windows, ends, fraction)
     slow |= number >= _EXACT
     values = number.astype(np.float64) / _POWERS[fraction].astype(np.float64)
-    np.negative(values, out=values, where=first == _MINUS)
+    values *= np.where(first == _MINUS, -1.0, 1.0)
     for index in np.flatnonzero(slow):
         values[index] = float(padded[starts[index] : ends[index]])
     return values, starts - 8

@@ -14,9 +14,14 @@ from kinestitch.files.rates import snap_rate
 
 _PATHS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
 _ON_KEY = 1e-3
-"""Share of a frame within which a time is a key's own: key times are float32."""
+"""Share of a frame within which a time is a key's own."""
 _ON_GRID = 0.02
 _GUESSES = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0)
+
+
+def _coarseness(time: float) -> float:
+    """Distance of neighbouring float32 numbers at `time`: no key time is truer."""
+    return float(np.spacing(np.float32(abs(time))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +35,8 @@ class Track:
     def at(self, times: Array, frame: float) -> Array:
         """Values (N, n) at `times` (N,) s; before the first and after the last key that key's own.
 
-        frame : seconds of a frame; a time nearer to a key than a thousandth of it is the key's
+        frame : seconds of a frame; a time that float32 cannot tell from a key's, or nearer to it than a thousandth of
+            a frame, is the key's
         """
         right = np.clip(np.searchsorted(self.times, times, side="right"), 1, max(len(self.times) - 1, 1))
         left = right - 1
@@ -38,8 +44,9 @@ class Track:
         span = self.times[right] - self.times[left]
         inside = times - self.times[left]
         share = np.clip(inside / np.where(span > 0, span, 1.0), 0.0, 1.0)
-        share = np.where(np.abs(inside) < _ON_KEY * frame, 0.0, share)
-        share = np.where(np.abs(inside - span) < _ON_KEY * frame, np.where(span > 0, 1.0, 0.0), share)
+        near = min(_ON_KEY * frame + _coarseness(self.times[-1]), 0.3 * frame)
+        share = np.where(np.abs(inside) < near, 0.0, share)
+        share = np.where(np.abs(inside - span) < near, np.where(span > 0, 1.0, 0.0), share)
         if self.interpolation == "CUBICSPLINE":
             return self._cubic(left, right, share, span)
         if self.interpolation == "STEP":
@@ -190,17 +197,19 @@ def frame_times(take: Take | None, joints: int) -> tuple[Array, float]:
 def _rate(keys: Array, curved: bool) -> float:
     steps = np.diff(keys)
     smallest = float(steps[steps > 1e-4].min(initial=keys[-1]))
-    intervals = round(keys[-1] / smallest)
-    fps = intervals / keys[-1]
-    if fps <= 1000 and _fits(keys, fps):
-        snapped = snap_rate(fps)
-        fps = snapped if _fits(keys, snapped) else fps
+    regular = (len(keys) - 1) / keys[-1], round(keys[-1] / smallest) / keys[-1]
+    fps = next((rate for rate in regular if rate <= 1000 and _fits(keys, rate, apart=True)), 0.0)
+    if fps > 0:
+        fps = snap_rate(fps) if _fits(keys, snap_rate(fps)) else fps
     else:
         usual = next((rate for rate in _GUESSES if rate >= max(30.0, 0.999 / smallest)), _GUESSES[-1])
         fps = next((rate for rate in _GUESSES if _fits(keys, rate)), usual)
     return fps * max(1, int(np.ceil(24.0 / fps - 1e-9))) if curved else fps
 
 
-def _fits(keys: Array, fps: float) -> bool:
+def _fits(keys: Array, fps: float, *, apart: bool = False) -> bool:
+    """Whether all keys lie on the grid of a rate; `apart`: no two on one place."""
     place = keys * fps
-    return bool((np.abs(place - np.rint(place)) < _ON_GRID).all())
+    if apart and not np.diff(np.rint(place)).all():
+        return False
+    return bool((np.abs(place - np.rint(place)) < _ON_GRID + 2 * fps * _coarseness(keys[-1])).all())

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from kinestitch import __version__
 from kinestitch.core.kinematics import rest_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_continuous, quat_to_matrix
@@ -45,7 +44,7 @@ def document_of(motion: Motion) -> tuple[dict[str, Any], list[bytes]]:
     builder = _Builder()
     skeleton = motion.skeleton
     document: dict[str, Any] = {
-        "asset": {"version": "2.0", "generator": f"kinestitch {__version__}"},
+        "asset": {"version": "2.0", "generator": "kinestitch"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": _nodes(skeleton),
