@@ -2,7 +2,8 @@
 
     python ask_blender.py REQUESTS.json
 
-REQUESTS.json is a list of {"path", "out", "fps", "frames"}; the suffix chooses the importer (.fbx, .bvh, .glb, .gltf).
+REQUESTS.json is a list of {"path", "out", "fps", "frames", "unit" (metres, for BVH; default 1)}; the suffix chooses the
+importer (.fbx, .bvh, .glb, .gltf). Of several animations in one file Blender shows the one it made active.
 For each, `out` becomes an .npz of names (N,), parents (N,), positions (F, N, 3) in metres and rotations (F, N, 3, 3),
 both in the world with Y up, of the heads and axes of all bones; or of one text `error`. Blender turns bone axes to its
 liking, so compare rotations relative to those of frame 0. Frame k is evaluated k / fps seconds after the first key.
@@ -19,8 +20,10 @@ from mathutils import Matrix
 Y_UP = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
 
 
-def load(path, fps):
-    """Import into an empty scene whose time line runs at `fps`; the importers of BVH and glTF count in its frames."""
+def load(path, fps, unit):
+    """Import into an empty scene whose time line runs at `fps`: the importer of glTF counts in its frames, the one of
+    BVH sets one key a frame.
+    """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.fps, scene.render.fps_base = round(fps), round(fps) / fps
@@ -28,7 +31,7 @@ def load(path, fps):
     if suffix == ".fbx":
         bpy.ops.wm.fbx_import(filepath=path)
     elif suffix == ".bvh":
-        bpy.ops.import_anim.bvh(filepath=path, axis_forward="-Z", axis_up="Y", use_fps_scale=True, frame_start=1)
+        bpy.ops.import_anim.bvh(filepath=path, axis_forward="-Z", axis_up="Y", frame_start=1, global_scale=unit)
     elif suffix in {".glb", ".gltf"}:
         bpy.ops.import_scene.gltf(filepath=path)
     else:
@@ -43,7 +46,7 @@ def first_key():
 
 
 def ask(request):
-    scene = load(request["path"], request["fps"])
+    scene = load(request["path"], request["fps"], request.get("unit", 1.0))
     armatures = [thing for thing in scene.objects if thing.type == "ARMATURE"]
     bones = [(thing, bone) for thing in armatures for bone in thing.pose.bones]
     index = {(thing.name, bone.name): i for i, (thing, bone) in enumerate(bones)}

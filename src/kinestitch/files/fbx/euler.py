@@ -18,20 +18,31 @@ def continuous_degrees(q: Array) -> Array:
     the middle angle past 90°, whole turns, and in gimbal lock any split between first and third angle. Paths that wind
     up past 20 turns jump after all.
     """
-    angles = quat_to_euler(q, "ZYX")[..., ::-1]  # x, y, z
+    angles = _unlocked(quat_to_euler(q, "ZYX")[..., ::-1])  # x, y, z
+    other = np.stack([angles[..., 0] + np.pi, np.pi - angles[..., 1], angles[..., 2] + np.pi], axis=-1)
+    # both solutions move on by the same amount, so one comparison a frame tells where to change over
+    change = _gap(other[1:] - angles[:-1]) < _gap(angles[1:] - angles[:-1])
+    changed = np.concatenate([np.zeros((1, *change.shape[1:]), dtype=bool), np.cumsum(change, axis=0) % 2 == 1])
+    return _near_zero(np.degrees(np.unwrap(np.where(changed[..., None], other, angles), axis=0)))
+
+
+def _gap(difference: Array) -> Array:
+    """Sum of the three differences (..., 3) of angles, whole turns aside."""
+    return np.abs(difference - 2 * np.pi * np.round(difference / (2 * np.pi))).sum(axis=-1)
+
+
+def _unlocked(angles: Array) -> Array:
+    """In gimbal lock only z ∓ x counts: keep the x of the last frame before it."""
     locked = np.abs(np.cos(angles[..., 1])) < _LOCK
-    out = np.empty_like(angles)
-    out[0] = angles[0]
-    for frame in range(1, len(angles)):
-        here, before = angles[frame], out[frame - 1]
-        if locked[frame].any():
-            here = _split_like(here, before, locked[frame])
-        other = np.stack([here[:, 0] + np.pi, np.pi - here[:, 1], here[:, 2] + np.pi], axis=-1)
-        both = np.stack([here, other])
-        both -= 2 * np.pi * np.round((both - before) / (2 * np.pi))
-        nearer = np.argmin(np.abs(both - before).sum(axis=-1), axis=0)
-        out[frame] = np.take_along_axis(both, nearer[None, :, None], axis=0)[0]
-    return _near_zero(np.degrees(out))
+    if not locked.any():
+        return angles
+    frame = np.arange(len(angles)).reshape(-1, *[1] * (angles.ndim - 2))
+    last_free = np.maximum.accumulate(np.where(locked, 0, frame), axis=0)
+    kept = np.take_along_axis(angles[..., 0], last_free, axis=0)
+    out = angles.copy()
+    out[..., 0] = np.where(locked, kept, angles[..., 0])
+    out[..., 2] += np.sign(angles[..., 1]) * (out[..., 0] - angles[..., 0])
+    return out
 
 
 def _near_zero(degrees: Array) -> Array:
@@ -40,12 +51,3 @@ def _near_zero(degrees: Array) -> Array:
     centred = degrees - 360.0 * np.round((low + high) / 720.0)
     wound_up = high - low > _WIDEST
     return np.where(wound_up, (degrees + 180.0) % 360.0 - 180.0, centred)
-
-
-def _split_like(here: Array, before: Array, locked: Array) -> Array:
-    """Angles of locked joints with the x angle of the frame before; in lock only z ∓ x counts."""
-    moved = here.copy()
-    turn = before[:, 0] - here[:, 0]
-    moved[:, 0] = before[:, 0]
-    moved[:, 2] = here[:, 2] + np.sign(here[:, 1]) * turn
-    return np.where(locked[:, None], moved, here)
