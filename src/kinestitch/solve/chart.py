@@ -23,6 +23,7 @@ from kinestitch.core.components import exp, join, log, multiply, split
 from kinestitch.core.rotation import (
     Array,
     quat_conjugate,
+    quat_distance,
     quat_log,
     quat_mean,
     quat_multiply,
@@ -41,6 +42,11 @@ OVERTURN = 1.5 * np.pi
 instead.
 """
 
+
+LONG_WAY, LONG_WAY_FACTOR = 1.1, 1.6
+"""A gap told by more than 1.1 π and 1.6 times its geodesic distance is closed the long way round; the chart's own
+stretch
+stays below."""
 
 _BLOCK = 8192
 """Quaternions worked on at a time: temporaries then stay in the processor's cache, which halves the time of a long
@@ -179,12 +185,12 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array, rotations
 
     curves : (n, 2S) of :func:`seam_curves`; rotations : (n, J, 4), the hard cut, becomes the result
 
-    Returns the indices of joints that turn almost all the way round near a seam, for which :func:`mid_tangent` is
-    the better form.
+    Returns the indices of joints that turn almost all the way round near a seam or between two seams, for which
+    :func:`mid_tangent` is the better form.
     """
     offsets = charted.offsets
     frames, joints = rotations.shape[:2]
-    overturned = np.zeros(joints, dtype=bool)
+    overturned = _takes_long_way(charted)
     near = _near_seams(cluster)
     step = min(frames, max(1, _BLOCK // joints))
     base = np.repeat(charted.base.T[:, None], step, axis=1).reshape(4, -1)
@@ -199,6 +205,21 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array, rotations
             square = (vectors**2).sum(axis=0).reshape(-1, joints)[near[rows]]
             overturned |= (square > OVERTURN**2).any(axis=0)
     return np.flatnonzero(overturned)
+
+
+def _takes_long_way(charted: Charted) -> NDArray[np.bool_]:
+    """Joints (J,) whose gap at some seam is told by much more than its shortest way.
+
+    One centre serves all seams of a cluster; a source that turns almost all the way round between two of them ends
+    on another
+    sheet than it began on, and one of its seams would be closed the long way round.
+    """
+    if charted.principal or charted.straddling.shape[1] < 2:
+        return np.zeros(charted.base.shape[0], dtype=bool)
+    told = np.linalg.norm(charted.straddling[:, :, 2:] - charted.straddling[:, :, :2], axis=0)
+    poses = join(exp(charted.straddling))
+    shortest = quat_distance(poses[:, :2], poses[:, 2:])
+    return np.asarray(((told > LONG_WAY * np.pi) & (told > LONG_WAY_FACTOR * shortest)).any(axis=(0, 1)))
 
 
 def _near_seams(cluster: Cluster) -> np.ndarray:
