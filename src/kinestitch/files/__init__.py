@@ -17,19 +17,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One file format: its name, its suffixes, the module of this room that knows it, and what it can do."""
+    """One file format: its name, its suffixes, the module of this room that knows it, and what it can do.
+
+    extra : of the package, that installs the library which the format needs; empty where none is needed
+    records : holds a Recording (markers, analog channels) instead of a Motion
+    """
 
     name: str
     suffixes: tuple[str, ...]
     module: str
     reads: bool = True
     writes: bool = True
+    extra: str = ""
+    records: bool = False
 
 
 FORMATS: tuple[Format, ...] = (
     Format("BVH", (".bvh",), "bvh"),
     Format("FBX", (".fbx",), "fbx"),
     Format("glTF", (".glb", ".gltf"), "gltf"),
+    Format("AMC", (".amc",), "amc", writes=False),
 )
 
 
