@@ -7,7 +7,7 @@ from kinestitch.render.filmstrip import filmstrip
 clips = {"walk": ks.sample("walk"), "kick": ks.sample("kick")}
 
 # The edit is a value of its own: frames 72 to 123 of the walk give way to frames 36 to 111 of the kick.
-line = ks.replace(ks.timeline(clips, "walk"), 72, 124, "kick", 36, 112)
+line = ks.replace(ks.timeline(clips, "walk"), 84, 130, "kick", 30, 112)
 
 # Solving leaves everything as it was but the frames around the two seams.
 solved = ks.solve_timeline(line, clips)

@@ -100,7 +100,7 @@ WRONG = [
     (("--lambda", "much"), "got 'much'"),
     (("--smooth", "-0.1"), "'--smooth': Expected a number ≥ 0, got '-0.1'"),
     (("--smooth", "1e200", "--append", "kick.bvh"), "smoothing time"),
-    (("--lambda", "1e20", "--append", "kick.bvh"), "too large a λ"),
+    (("--lambda", "1e20", "--append", "kick.bvh"), "λ from 0 to 1e+12, got 1e+20"),
     (("--smooth", "0.1", "--lambda", "1"), "got both"),
     (("--chart", "square"), "'square'"),
     (("--colour",), "No such option"),

@@ -74,9 +74,9 @@ def test_frames_without_weight_are_filled():
     np.testing.assert_allclose(kl.solve_full(target, np.zeros((21, 1)), 10.0, weights), line, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("bad", [-1.0, np.nan, np.inf, [1.0, -1.0, 1.0]])
+@pytest.mark.parametrize("bad", [-1.0, np.nan, np.inf, 1e20, [1.0, -1.0, 1.0]])
 def test_impossible_stiffness_is_refused(bad: float):
-    with pytest.raises(ParameterError, match="stiffness λ ≥ 0"):
+    with pytest.raises(ParameterError, match="stiffness λ from 0 to 1e"):
         kl.solve_full(np.zeros((3, 1)), np.zeros((3, 1)), bad)
 
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from kinestitch.edit import Timeline
     from kinestitch.solve.stitch import Solved
 
-CUT, PASTED = (72, 124), (36, 112)
-"""The walk lifts its right foot at 72; so does the kick at 36. Both stand on both feet again at the ends."""
+CUT, PASTED = (84, 130), (30, 112)
+"""Chosen so that the seams are cheap and the walk goes on the way it came."""
 
 CLIPS = ("walk.bvh", "kick.bvh")
 DOCUMENT = "walk_kick.otio"

@@ -61,8 +61,6 @@ def explain(error: BaseException) -> str:
         return _explain_system(error)
     if isinstance(error, MemoryError):
         return "Expected enough memory, got too little. Use shorter clips or a lower frame rate."
-    if type(error).__name__ == "LinAlgError":  # by name, since numpy may not be loaded
-        return "Expected seams that double precision can solve, got too large a λ. Lower --smooth or --lambda."
     return f"Expected no fault of our own, got {type(error).__name__}: {error}. Set {TRACEBACK}=1 to see where."
 
 

@@ -40,13 +40,27 @@ def transposed_second_difference(e: ArrayLike) -> Array:
     return out
 
 
+MAX_STIFFNESS = 1e12
+"""Above this λ the system is singular to double precision; its seams would reach over some thousand frames."""
+
+
+def check_stiffness(values: ArrayLike) -> None:
+    """Raise ParameterError unless every λ lies in [0, ``MAX_STIFFNESS``]."""
+    values = np.asarray(values, dtype=np.float64)
+    bad = ~((values >= 0) & (values <= MAX_STIFFNESS))
+    if bad.any():
+        raise ParameterError(
+            f"Expected a stiffness λ from 0 to {MAX_STIFFNESS:g}, got {values[bad].flat[0]:g}. "
+            "A smoothing time τ in seconds means λ = (τ · fps)⁴."
+        )
+
+
 def row_stiffness(stiffness: ArrayLike, frames: int) -> Array:
     """Λ per row (F,), zero at the ends; `stiffness` is one λ or (F,) of them. Raises ParameterError if negative or
     not finite.
     """
     values = np.asarray(stiffness, dtype=np.float64)
-    if not (np.isfinite(values).all() and (values >= 0).all()):
-        raise ParameterError(f"Expected a stiffness λ ≥ 0, got {values.min() if values.ndim else float(values)}.")
+    check_stiffness(values)
     rows = np.zeros(frames)
     if frames > 2:
         rows[1:-1] = values if values.ndim == 0 else values[1:-1]

@@ -19,9 +19,11 @@ from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import MissingClipError, RangeError
+from kinestitch.rig.carrier import carrier_joint, with_world_carrier
 from kinestitch.rig.hips import hips_joint
 from kinestitch.rig.match import match_motion
-from kinestitch.solve.root import Placement, carrier_joint, continue_placement, with_world_carrier
+from kinestitch.solve.laplacian import check_stiffness
+from kinestitch.solve.root import Placement, continue_placement
 from kinestitch.solve.seam import SeamPlace
 
 _AROUND = (-1, 0)
@@ -107,11 +109,13 @@ def _continuous(timeline: Timeline, seam: int) -> bool:
 
 
 def _places(timeline: Timeline, starts: tuple[int, ...]) -> tuple[SeamPlace, ...]:
-    return tuple(
-        SeamPlace(index, starts[index + 1], seam.lambda_at(timeline.fps))
-        for index, seam in enumerate(timeline.seams)
-        if not _continuous(timeline, index)
-    )
+    places = []
+    for index, seam in enumerate(timeline.seams):
+        if not _continuous(timeline, index):
+            stiffness = seam.lambda_at(timeline.fps)
+            check_stiffness(stiffness)
+            places.append(SeamPlace(index, starts[index + 1], stiffness))
+    return tuple(places)
 
 
 def _extended(values: Array, frame: int, *, rotation: bool) -> Array:

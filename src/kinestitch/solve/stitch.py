@@ -20,6 +20,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_rotate, rotvec_to_quat
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import ParameterError
+from kinestitch.rig.carrier import lift_travel
 from kinestitch.solve.chart import (
     Chart,
     Charted,
@@ -31,7 +32,7 @@ from kinestitch.solve.chart import (
     solve_rotations,
 )
 from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
-from kinestitch.solve.root import GROUND, displacement_residuals, lift_travel
+from kinestitch.solve.root import GROUND, displacement_residuals
 from kinestitch.solve.seam import Cluster, SeamPlace, clusters, displacement_curves, seam_curves
 
 Method = Literal["laplacian", "cut"]
