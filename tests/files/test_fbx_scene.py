@@ -173,7 +173,8 @@ def test_the_stack_that_moves_wins_and_mixamo_beats_all(path):
 
 
 @pytest.mark.parametrize(
-    ("mode", "keys", "frames", "fps"), [(6, 30, 10, 30), (6, 24, 10, 24), (6, 60, 10, 60), (3, 30, 19, 60)]
+    ("mode", "keys", "frames", "fps"),
+    [(6, 30, 10, 30), (6, 24, 10, 24), (6, 60, 10, 60), (3, 30, 19, 60), (6, 30000 / 1001, 10, 30000 / 1001)],
 )
 def test_keys_that_stand_evenly_at_another_rate_win(mode, keys, frames, fps, path):
     build = Build(TimeMode=mode)

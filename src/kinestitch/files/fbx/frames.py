@@ -7,7 +7,8 @@ import numpy as np
 from kinestitch.errors import FormatError
 from kinestitch.files.fbx.animation import Take
 from kinestitch.files.fbx.curves import TICKS, Ticks
-from kinestitch.files.fbx.scene import TIME_MODES, Key
+from kinestitch.files.fbx.scene import Key
+from kinestitch.files.rates import SNAP, snap_rate
 
 _FREE_POSES = 2_000_000  # joint poses that a file of few keys may ask for
 _POSES_PER_KEY = 100
@@ -40,13 +41,8 @@ def _rate_of_keys(times: Ticks, fps: float) -> float:
     gaps = np.diff(times)
     usual = float(np.median(gaps))
     frames = usual * fps / TICKS
-    on_grid = round(frames) >= 1 and abs(frames - round(frames)) < 2e-3 * frames
+    on_grid = round(frames) >= 1 and abs(frames - round(frames)) < SNAP * frames
     even = np.mean(np.abs(gaps - usual) < 2e-3 * usual) >= 0.9
     if on_grid or not even or len(gaps) < 4 or not 0.02 < frames < 2:
         return fps
-    rate = TICKS / usual
-    return min(TIME_MODES, key=lambda known: abs(known - rate)) if _is_known(rate) else rate
-
-
-def _is_known(rate: float) -> bool:
-    return any(abs(known - rate) < 5e-4 * known for known in TIME_MODES)
+    return snap_rate(TICKS / usual)

@@ -13,6 +13,7 @@ from kinestitch.files.fbx.curves import Ticks
 from kinestitch.files.fbx.layers import property_values
 from kinestitch.files.fbx.scene import Key, Scene
 from kinestitch.files.fbx.transform import Local, World, local_transform, nearest_rotation, world_transform
+from kinestitch.files.naming import unique_names
 
 MIRROR = np.diag([-1.0, 1.0, 1.0])
 
@@ -80,27 +81,13 @@ def bare_skeleton(scene: Scene, joints: tuple[Key, ...]) -> Skeleton:
     index = {joint: i for i, joint in enumerate(joints)}
     above = [nearest_above(scene, joint, index) for joint in joints]
     parents = tuple(-1 if key is None else index[key] for key in above)
-    return Skeleton(unique_names([joint_name(scene, joint) for joint in joints]), parents, np.zeros((len(joints), 3)))
+    names, _ = unique_names([joint_name(scene, joint) for joint in joints])
+    return Skeleton(tuple(names), parents, np.zeros((len(joints), 3)))
 
 
 def joint_name(scene: Scene, joint: Key) -> str:
     """The name in the file; ``Root`` for the joint that stands for the scene."""
     return "Root" if joint == SCENE else scene.models[joint].name
-
-
-def unique_names(names: list[str]) -> tuple[str, ...]:
-    """The names, with ``.001`` and so on behind those that were there before."""
-    taken = set(names)
-    seen: set[str] = set()
-    out = []
-    for name in names:
-        fresh, number = name, 0
-        while fresh in seen or (number and fresh in taken):
-            number += 1
-            fresh = f"{name}.{number:03d}"
-        seen.add(fresh)
-        out.append(fresh)
-    return tuple(out)
 
 
 def bind_poses(

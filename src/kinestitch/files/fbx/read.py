@@ -12,7 +12,7 @@ import numpy as np
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_normalize
 from kinestitch.core.skeleton import Skeleton
-from kinestitch.errors import FormatError, InvalidMotionError, KinestitchWarning, ParameterError
+from kinestitch.errors import KinestitchWarning, ParameterError
 from kinestitch.files.fbx.animation import Take, read_takes
 from kinestitch.files.fbx.ascii import parse_ascii
 from kinestitch.files.fbx.binary import is_binary, parse_binary
@@ -22,6 +22,7 @@ from kinestitch.files.fbx.legacy import read_old_takes
 from kinestitch.files.fbx.nodes import Document
 from kinestitch.files.fbx.pose import bare_skeleton, bind_poses, joint_name, local_poses, needed_models, to_y_up_metres
 from kinestitch.files.fbx.scene import Key, Scene
+from kinestitch.files.naming import naming
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
@@ -35,11 +36,8 @@ def list_takes(path: str | os.PathLike[str]) -> tuple[str, ...]:
 
     Raises FormatError for damaged files, FileNotFoundError.
     """
-    try:
-        with np.errstate(all="ignore"):
-            return tuple(take.name for take in takes_of(Scene(read_document(path))))
-    except FormatError as error:
-        raise FormatError(f"{error} ({path})") from None
+    with naming(path), np.errstate(all="ignore"):
+        return tuple(take.name for take in takes_of(Scene(read_document(path))))
 
 
 def read_fbx(path: str | os.PathLike[str], *, take: str | None = None) -> Motion:
@@ -53,10 +51,8 @@ def read_fbx(path: str | os.PathLike[str], *, take: str | None = None) -> Motion
     without joints, ParameterError for an unknown take, FileNotFoundError.
     """
     try:
-        with np.errstate(all="ignore"):
+        with naming(path), np.errstate(all="ignore"):
             return _read(Path(path), take)
-    except (FormatError, InvalidMotionError) as error:
-        raise FormatError(f"{error} ({path})") from None
     except ParameterError as error:
         raise ParameterError(f"{error} ({path})") from None
 
