@@ -7,7 +7,7 @@ set.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from kinestitch.solve.stitch import solve_timeline
 DATA_SETS = ("mixamo_xbot_60fps", "bandai")
 SPIN_FACTOR = 2.0
 SPIN_MARGIN = np.radians(90.0)  # rad/s
+_LONGEST = 120  # frames that a random replacement may have
 _SIDE = 8  # frames that must stand on each side of a random cut
 
 
@@ -81,6 +82,23 @@ def random_cut(clips: dict[str, Motion], rng: np.random.Generator, seam: Seam) -
     return Timeline(infos, segments, (seam,), fps)
 
 
+def random_replacement(clips: dict[str, Motion], rng: np.random.Generator, seam: Seam) -> Timeline:
+    """One clip with some of its frames replaced by as many of another: two seams, near enough to share a window."""
+    base, other = (str(key) for key in rng.choice(sorted(clips), size=2, replace=False))
+    fps = clips[base].fps
+    infos = tuple(ClipInfo(key, clips[key].frames, clips[key].fps) for key in (base, other))
+    first, second = (info.frames_at(fps) for info in infos)
+    length = int(rng.integers(_SIDE, max(_SIDE + 1, min(_LONGEST, first - 2 * _SIDE, second))))
+    start = int(rng.integers(_SIDE, max(_SIDE + 1, first - length - _SIDE)))
+    into = int(rng.integers(0, second - length + 1))
+    segments = (
+        Segment(base, FrameRange(0, start)),
+        Segment(other, FrameRange(into, into + length)),
+        Segment(base, FrameRange(min(start + length, first - 1), first)),
+    )
+    return Timeline(infos, segments, (seam, seam), fps)
+
+
 def joint_speeds(rotations: Array, fps: float) -> Array:
     """Geodesic speed (F − 1, J) in rad/s of rotations (F, J, 4)."""
     return quat_distance(rotations[1:], rotations[:-1]) * fps
@@ -108,19 +126,27 @@ def _source_speed(placed: Placed, seam: SeamPlace, reach: int) -> Array:
     return np.maximum(joint_speeds(before, a.fps).max(axis=0), joint_speeds(after, b.fps).max(axis=0))
 
 
-def survey(folder: Path, *, seams: int = 200, seed: int = 0, seam: Seam | None = None) -> Survey:
-    """Stitch `seams` random pairs of a folder's clips in both charts and measure every seam; repeatable by its seed."""
+def survey(
+    folder: Path,
+    *,
+    seams: int = 200,
+    seed: int = 0,
+    draw: Callable[[dict[str, Motion], np.random.Generator, Seam], Timeline] = random_cut,
+) -> Survey:
+    """Stitch random pairs of a folder's clips in both charts and measure `seams` seams; repeatable by its seed."""
     clips = read_clips(folder)
     rng = np.random.default_rng(seed)
     qualities: list[SeamQuality] = []
     spins: dict[Chart, list[Spin]] = {chart: [] for chart in CHARTS}
-    for number in range(seams):
-        cut = random_cut(clips, rng, seam or Seam())
+    while len(qualities) < seams:
+        cut = draw(clips, rng, Seam())
+        number = len(qualities)
         for chart in CHARTS:
             solved = solve_timeline(cut, clips, chart=chart)
-            spins[chart] += find_spins(solved.motion, solved.placed, solved.seams[0], number)
-            if chart == "centred":
-                qualities.append(seam_quality(solved, solved.seams[0]))
+            for offset, seam in enumerate(solved.seams):
+                spins[chart] += find_spins(solved.motion, solved.placed, seam, number + offset)
+                if chart == "centred":
+                    qualities.append(seam_quality(solved, seam))
     first = next(iter(clips.values()))
     return Survey(
         folder.name,
@@ -147,38 +173,42 @@ _ROWS = (
 )
 
 
-def as_markdown(surveys: Sequence[Survey], seams: int, seed: int) -> str:
+_INTRODUCTION = """# Random seams between real clips
+
+Made by `python -m kinestitch.experiments.seams`; no figure on this page is typed in. {seams} random seams a row (seed {seed}),
+default smoothing time, root placed. *Cuts*: one clip until a random frame, another from a random frame on. *Replacements*:
+{shortest} to {longest} frames of one clip in the place of as many of another, so that two seams share a window.
+
+## How often a limb spins
+
+A joint spins where its peak speed near the seam exceeds twice the larger of the geodesic blend's and the sources' own, plus
+90°/s ([why so](decisions/0003-what-counts-as-a-spin.md)).
+
+| data set | seams | clips | joints | fps | joint-seams | spins, centred | spins, principal | seams with a spin, principal |
+|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def as_markdown(cuts: Sequence[Survey], replacements: Sequence[Survey], seams: int, seed: int) -> str:
     """The document: spins by chart, then every number before and after as median and 95th percentile."""
-    out = [
-        "# Random seams between real clips",
-        "",
-        "Made by `python -m kinestitch.experiments.seams`; no figure on this page is typed in. "
-        f"{seams} random cuts a data set (seed {seed}), default smoothing time: one clip until a random frame, another "
-        "from a random frame on, root placed.",
-        "",
-        "## How often a limb spins",
-        "",
-        "A joint spins where its peak speed near the seam exceeds twice the larger of the geodesic blend's and the "
-        "sources' own, plus 90°/s.",
-        "",
-        "| data set | clips | joints | fps | joint-seams | spins, centred | spins, principal | seams with one |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for s in surveys:
-        total = len(s.qualities) * s.joints
-        centred, principal = s.spins["centred"], s.spins["principal"]
-        hit = len({spin.seam for spin in principal})
-        out.append(
-            f"| {s.name} | {s.clips} | {s.joints} | {s.fps:g} | {total:,} | {len(centred)} | {len(principal)} | {hit} |"
-        )
-    out += ["", "## Numbers before and after, centred chart", "", "Median / 95th percentile over the seams.", ""]
-    out += ["| measure | " + " | ".join(f"{s.name} before | {s.name} after" for s in surveys) + " |"]
-    out += ["|---|" + "---|---|" * len(surveys)]
+    out = [_INTRODUCTION.format(seams=seams, seed=seed, shortest=_SIDE, longest=_LONGEST).rstrip("\n")]
+    out += [_spin_row(s, "cuts") for s in cuts] + [_spin_row(s, "replacements") for s in replacements]
+    out += ["", "## Numbers before and after, centred chart, cuts", "", "Median / 95th percentile over the seams.", ""]
+    out += ["| measure | " + " | ".join(f"{s.name} before | {s.name} after" for s in cuts) + " |"]
+    out += ["|---|" + "---|---|" * len(cuts)]
     for label, before, after in _ROWS:
         scale = 1000.0 if "(mm)" in label else 1.0
-        cells = [_cell(s.qualities, name, scale) for s in surveys for name in (before, after)]
+        cells = [_cell(s.qualities, name, scale) for s in cuts for name in (before, after)]
         out.append(f"| {label} | " + " | ".join(cells) + " |")
     return "\n".join(out) + "\n"
+
+
+def _spin_row(s: Survey, kind: str) -> str:
+    centred, principal = s.spins["centred"], s.spins["principal"]
+    hit = len({spin.seam for spin in principal})
+    total = len(s.qualities) * s.joints
+    cells = (s.name, kind, s.clips, s.joints, f"{s.fps:g}", f"{total:,}", len(centred), len(principal), hit)
+    return "| " + " | ".join(map(str, cells)) + " |"
 
 
 def _cell(qualities: Sequence[SeamQuality], name: str | None, scale: float) -> str:
@@ -196,11 +226,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seams", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args(arguments)
-    surveys = [survey(chosen.folder / name, seams=chosen.seams, seed=chosen.seed) for name in DATA_SETS]
+    folders = [chosen.folder / name for name in DATA_SETS]
+    cuts, pairs = (
+        [survey(folder, seams=chosen.seams, seed=chosen.seed, draw=draw) for folder in folders]
+        for draw in (random_cut, random_replacement)
+    )
     from kinestitch.core.atomic import replacing
 
     with replacing(chosen.output) as stream:
-        stream.write(as_markdown(surveys, chosen.seams, chosen.seed).encode())
+        stream.write(as_markdown(cuts, pairs, chosen.seams, chosen.seed).encode())
 
 
 if __name__ == "__main__":
