@@ -33,7 +33,7 @@ format: $(READY)
 	$(BIN)/ruff check --fix .
 
 bench: $(READY)  ## every benchmark in full; writes docs/benchmarks.md
-	$(PIP) pybvh bvhio bvh
+	$(PIP) --editable '.[bench]'
 	$(BIN)/python -m pytest benchmarks --quiet --ratios docs/benchmarks.md
 
 docs: $(READY)  ## the pictures, from the samples; and the tables, from the real clips where KINESTITCH_DATA is set

@@ -175,16 +175,17 @@ _ROWS = (
 
 _INTRODUCTION = """# Random seams between real clips
 
-Made by `python -m kinestitch.experiments.seams`; no figure on this page is typed in. {seams} random seams a row (seed {seed}),
-default smoothing time, root placed. *Cuts*: one clip until a random frame, another from a random frame on. *Replacements*:
-{shortest} to {longest} frames of one clip in the place of as many of another, so that two seams share a window.
+Made by `python -m kinestitch.experiments.seams`; no figure on this page is typed in. {seams} random seams a row (seed
+{seed}), default smoothing time, root placed. *Cuts*: one clip until a random frame, another from a random frame on.
+*Replacements*: {shortest} to {longest} frames of one clip in the place of as many of another, so that two seams share a
+window.
 
 ## How often a limb spins
 
-A joint spins where its peak speed near the seam exceeds twice the larger of the geodesic blend's and the sources' own, plus
-90°/s ([why so](decisions/0003-what-counts-as-a-spin.md)).
+A joint spins where its peak speed near the seam exceeds twice the larger of the geodesic blend's and the sources' own,
+plus 90°/s ([why so](decisions/0003-what-counts-as-a-spin.md)).
 
-| data set | seams | clips | joints | fps | joint-seams | spins, centred | spins, principal | seams with a spin, principal |
+| data set | seams | clips | joints | fps | joint-seams | spins, centred | spins, principal | seams with one |
 |---|---|---|---|---|---|---|---|---|
 """
 
