@@ -20,7 +20,7 @@ settings.load_profile("ci" if os.environ.get("CI") else "default")
 
 @pytest.fixture(scope="session")
 def real_clip() -> Callable[[str], Motion]:
-    """Reads a real clip by its path inside the folder of real clips, once; skips the test where there is no such folder."""
+    """Reads a real clip by its path inside the folder of real clips, once; skips where there is no such folder."""
     folder = os.environ.get("KINESTITCH_DATA")
     if not folder:
         pytest.skip("KINESTITCH_DATA, the folder of real clips, is not set")

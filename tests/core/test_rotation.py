@@ -1,4 +1,4 @@
-"""Conversions of rotations, against SciPy's and against each other, where angles are ordinary, tiny, near π and beyond."""
+"""Conversions of rotations, against SciPy's and each other; angles are ordinary, tiny, near π and beyond."""
 
 from __future__ import annotations
 

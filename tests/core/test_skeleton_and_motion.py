@@ -182,7 +182,7 @@ def test_tree_questions():
     assert RIG.children(1) == ()
     assert RIG.chain(2) == (0, 2)
     np.testing.assert_array_equal(RIG.parent_array, PARENTS)
-    with pytest.raises(InvalidMotionError, match="got 'LeftLeh'. Try LeftLeg"):
+    with pytest.raises(InvalidMotionError, match=r"got 'LeftLeh'\. Try LeftLeg"):
         RIG.index("LeftLeh")
 
 

@@ -1,4 +1,4 @@
-"""A source that turns almost all the way round between two seams of one cluster: no gap is closed the long way round."""
+"""A source that turns almost all the way round between two seams: no gap is closed the long way round."""
 
 import numpy as np
 import pytest

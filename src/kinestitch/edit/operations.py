@@ -45,7 +45,7 @@ def add_clip(timeline: Timeline, info: ClipInfo) -> Timeline:
     return timeline if info in timeline.clips else _with(timeline, clips=(*timeline.clips, info))
 
 
-def replace(  # noqa: PLR0917 (a range here and a range there read well in a row)
+def replace(
     timeline: Timeline,
     start: int,
     stop: int,

@@ -1,3 +1,5 @@
 """The door of :mod:`kinestitch.core.atomic` for the readers and writers of this room."""
 
-from kinestitch.core.atomic import replacing as replacing
+from kinestitch.core.atomic import replacing
+
+__all__ = ["replacing"]

@@ -58,8 +58,11 @@ def parse_hierarchy(text: str) -> list[Node]:
     if words[0].upper() != "HIERARCHY":
         raise _fail(line, "HIERARCHY", repr(" ".join(words)[:40]))
     rest = words[1:]
-    while rest or (following := next(statements, None)):
+    while True:
         if not rest:
+            following = next(statements, None)
+            if following is None:
+                break
             line, rest = following
         rest = _statement(reader, line, rest)
     if reader.open_blocks or reader.waiting:
