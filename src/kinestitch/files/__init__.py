@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,6 +38,7 @@ FORMATS: tuple[Format, ...] = (
     Format("FBX", (".fbx",), "fbx"),
     Format("glTF", (".glb", ".gltf"), "gltf"),
     Format("AMC", (".amc",), "amc", writes=False),
+    Format("AMASS", (".npz",), "amass"),
 )
 
 
@@ -73,21 +75,67 @@ def read(path: str | os.PathLike[str], **options: Any) -> Motion:
         raise
 
 
-def write(motion: Motion, path: str | os.PathLike[str], **options: Any) -> None:
+def write(
+    motion: Motion, path: str | os.PathLike[str], *, like: str | os.PathLike[str] | None = None, **options: Any
+) -> None:
     """Write a motion to a file; an existing one is replaced only by a complete new one.
 
-    Raises UnsupportedFormatError, OutputError.
+    like : a file of the same format from which everything but the animation is kept. Mesh, skin, materials, textures,
+        cameras, extras and extensions are its untouched bytes; only the take that was read is replaced, others stay.
+        Without it the file holds the skeleton and its motion alone.
+    options : the format's own, by name
+
+    With `like` the motion has to be one of the file's own figure. Joints are matched by name, whatever prefix stands
+    before a colon, and may be told in other axes; joints that only the file has keep their rest. Reading the new file
+    gives the motion back, on the file's skeleton. `like` and `path` may be one file.
+
+    Raises UnsupportedFormatError, OutputError; with `like` also ParameterError where it is of another format or its
+    format cannot keep anything, SkeletonMismatchError that names joints which the file lacks, FormatError and
+    FileNotFoundError of reading it.
     """
     entry = format_of(path)
     if not entry.writes:
         raise UnsupportedFormatError(
             f"Expected a format that can be written, got {entry.name}, which is read only. ({path})"
         )
+    if like is not None:
+        _check_like(entry, like, path)
+        options["like"] = Path(like)
     try:
         _function(entry, "write")(motion, Path(path), **options)
     except TypeError as error:
         _explain_option(error, entry, options)
         raise
+
+
+def can_keep(path: str | os.PathLike[str]) -> bool:
+    """Whether :func:`write` knows ``like=`` for files with this suffix; raises UnsupportedFormatError."""
+    entry = format_of(path)
+    return entry.writes and "like" in inspect.signature(_function(entry, "write")).parameters
+
+
+def has_character(path: str | os.PathLike[str]) -> bool:
+    """Whether a file holds a mesh beside its motion; a quick look that reads no animation.
+
+    Formats that know no meshes, and damaged files, have none. Raises UnsupportedFormatError, FileNotFoundError.
+    """
+    entry = format_of(path)
+    module = importlib.import_module(f"kinestitch.files.{entry.module}")
+    look = getattr(module, f"has_character_{entry.module}", None)
+    try:
+        return look is not None and bool(look(Path(path)))
+    except FormatError:
+        return False
+
+
+def _check_like(entry: Format, like: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    if format_of(like) is not entry:
+        raise ParameterError(
+            f"Expected a {entry.name} file to keep the character of, got {Path(like).name!r}. "
+            f"Choose an output of its format. ({path})"
+        )
+    if not can_keep(path):
+        raise ParameterError(f"Expected a format whose files can be kept, got {entry.name}. Leave like= out. ({path})")
 
 
 def _explain_option(error: TypeError, entry: Format, options: dict[str, Any]) -> None:
