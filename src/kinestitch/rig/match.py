@@ -9,7 +9,7 @@ import numpy as np
 from kinestitch.core.kinematics import rest_pose, with_joint_axes
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
-from kinestitch.core.skeleton import Skeleton, first_difference
+from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import SkeletonMismatchError
 from kinestitch.rig.hips import bare_name, hip_height, hips_joint
 
@@ -42,15 +42,7 @@ def _in_order(motion: Motion, skeleton: Skeleton) -> Motion:
     ours = [bare_name(name) for name in own.names]
     theirs = [bare_name(name) for name in skeleton.names]
     if sorted(ours) != sorted(theirs) or len(set(ours)) != len(ours):
-        joint = first_difference(theirs, ours)
-        assert joint is not None or len(set(ours)) != len(ours)
-        place = joint or 0
-        left = repr(skeleton.names[place]) if place < len(theirs) else "nothing"
-        right = repr(own.names[place]) if place < len(ours) else "nothing"
-        raise SkeletonMismatchError(
-            f"Skeletons differ at joint {place}: {left} and {right} "
-            f"({skeleton.joint_count} and {own.joint_count} joints). Rename or retarget first."
-        )
+        raise _mismatch(skeleton, own, theirs, ours)
     order = [ours.index(name) for name in theirs]
     for place, joint in enumerate(order):
         parent = own.parents[joint]
@@ -64,6 +56,23 @@ def _in_order(motion: Motion, skeleton: Skeleton) -> Motion:
     renamed = Skeleton(skeleton.names, skeleton.parents, own.offsets[order], own.rest[order], own.tips[order])
     return replace(
         motion, skeleton=renamed, translations=motion.translations[:, order], rotations=motion.rotations[:, order]
+    )
+
+
+def _mismatch(skeleton: Skeleton, own: Skeleton, theirs: list[str], ours: list[str]) -> SkeletonMismatchError:
+    """Names the first joints that the other rig lacks; mere differences of order do not count."""
+    lacking = [
+        index
+        for a, b in ((theirs, ours), (ours, theirs))
+        for index, name in enumerate(a)
+        if name not in b or a.count(name) > 1
+    ]
+    place = min(lacking, default=0)
+    left = repr(skeleton.names[place]) if place < len(theirs) else "nothing"
+    right = repr(own.names[place]) if place < len(ours) else "nothing"
+    return SkeletonMismatchError(
+        f"Skeletons differ at joint {place}: {left} and {right} "
+        f"({skeleton.joint_count} and {own.joint_count} joints). Rename or retarget first."
     )
 
 
