@@ -49,9 +49,8 @@ def plot_joint(
 
     before : the hard cut of the same frames, drawn in grey behind; seams : frames to mark
 
-    Raises UnsupportedFormatError, OutputError, InvalidMotionError (no such joint), SkeletonMismatchError (`before`
-    is another
-    motion).
+    Raises UnsupportedFormatError, OutputError, InvalidMotionError (no such joint), SkeletonMismatchError (`before` is
+    another motion).
     """
     index = motion.skeleton.index(joint) if isinstance(joint, str) else joint
     if before is not None and (before.frames, before.skeleton.names) != (motion.frames, motion.skeleton.names):

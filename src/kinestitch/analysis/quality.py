@@ -1,8 +1,8 @@
 """Numbers that say whether a seam is good, before and after it was solved.
 
 Before is the hard cut after the root has been placed, after is the result as it would be written. All steps are
-geodesic and local
-(each joint against its parent), so that a pop in the shoulder is not counted again in every finger.
+geodesic and local (each joint against its parent), so that a pop in the shoulder is not counted again in every
+finger.
 """
 
 from __future__ import annotations
@@ -63,8 +63,7 @@ def angular_velocity_step(motion: Motion, frame: int) -> float:
     """Largest joint's change of angular velocity in rad/s, in its own axes, over the seam before `frame`.
 
     It compares the interval that ends at `frame` − 1 with the one that starts at `frame`; the step between the two
-    frames is
-    the rotation step and not counted again. Where the motion ends there, the seam's own interval stands in.
+    frames is the rotation step and not counted again. Where the motion ends there, the seam's own interval stands in.
     """
 
     def velocity(first: int) -> Array:
@@ -103,8 +102,7 @@ def dynamics_kept(motion: Motion, placed: Placed, seam: SeamPlace) -> float:
     dynamics survive.
 
     R are the motion's vectors in the chart centred on the seam, δ_tar the second differences of both sources, each
-    among its own
-    neighbours, in the same chart. 1.0 where the sources do not move at all.
+    among its own neighbours, in the same chart. 1.0 where the sources do not move at all.
     """
     reach = visible_reach(seam.stiffness)
     start, stop = max(1, seam.frame - reach), min(placed.frames - 1, seam.frame + reach)

@@ -1,8 +1,7 @@
 """Component-first kernels: quaternions as four arrays, vectors as three, so that long clips run at memory speed.
 
-The public functions of :mod:`kinestitch.core.rotation` are these with the components last; the solver, which works
-on whole windows
-of whole bodies, uses them directly. Arrays broadcast like numpy's.
+The public functions of :mod:`kinestitch.core.rotation` are these with the components last; the solver, which works on
+whole windows of whole bodies, uses them directly. Arrays broadcast like numpy's.
 """
 
 from __future__ import annotations
@@ -66,9 +65,8 @@ def log(q: Parts) -> tuple[Array, Array, Array]:
 def exp(r: Parts) -> tuple[Array, Array, Array, Array]:
     """Unit quaternions of rotation vectors of any length; ``w = cos(θ/2)`` keeps its sign.
 
-    Sine and cosine come from one tangent of the quarter angle, which is several times faster than two calls; near
-    the identity the
-    scale is the series' leading term ½.
+    Sine and cosine come from one tangent of the quarter angle, which is several times faster than two calls; near the
+    identity the scale is the series' leading term ½.
     """
     x, y, z = r
     half = x * x

@@ -104,8 +104,8 @@ def two_bone_ik(hip: ArrayLike, knee: ArrayLike, ankle: ArrayLike, target: Array
     hip, knee, ankle, target : (..., 3) m, world
 
     Returns (..., 4) and (..., 4), to be multiplied from the left onto the world rotations of the upper and the lower
-    bone. A target
-    out of reach is approached with a straight limb (99.99 % of full length), one too near with the tightest bend.
+    bone. A target out of reach is approached with a straight limb (99.99 % of full length), one too near with the
+    tightest bend.
     """
     hip, knee, ankle, target = (np.asarray(p, dtype=np.float64) for p in (hip, knee, ankle, target))
     upper = np.linalg.norm(knee - hip, axis=-1)

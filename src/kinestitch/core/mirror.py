@@ -74,13 +74,10 @@ def _is_left(name: str, other: str) -> bool:
 def mirror(motion: Motion) -> Motion:
     """The motion with left and right exchanged, as seen in a mirror.
 
-    Each joint's turn away from the rest pose, as the world sees it, is reflected in the rest pose's plane of
-    symmetry through
-    the origin and given to the joint's counterpart, so joint axes need no symmetry of their own. The mirror plane
-    holds the
-    world's origin; a clip that starts there starts there still. Mirroring twice gives the motion back where the rest
-    pose
-    is symmetric.
+    Each joint's turn away from the rest pose, as the world sees it, is reflected in the rest pose's plane of symmetry
+    through the origin and given to the joint's counterpart, so joint axes need no symmetry of their own. The mirror
+    plane holds the world's origin; a clip that starts there starts there still. Mirroring twice gives the motion back
+    where the rest pose is symmetric.
 
     Raises SkeletonMismatchError if no joint has a counterpart (names such as Left…/Right…, …_L/…_R are known).
     """

@@ -1,11 +1,9 @@
 """Rotations in space: quaternions, matrices, rotation vectors and Euler angles, with any batch axes.
 
 Quaternions are ``(x, y, z, w)``, unit norm, active, right-handed; ``q`` and ``-q`` are the same rotation. Angles are
-radians.
-`a_to_b` converts a representation. Two logarithms exist and the difference matters: :func:`quat_to_rotvec` is the
-principal
-one (angle in [0, π]), :func:`quat_log` keeps the sign of ``w`` (angle in [0, 2π)), which is what makes a path of
-hemisphere-continuous quaternions a continuous path of vectors.
+radians. `a_to_b` converts a representation. Two logarithms exist and the difference matters: :func:`quat_to_rotvec`
+is the principal one (angle in [0, π]), :func:`quat_log` keeps the sign of ``w`` (angle in [0, 2π)), which is what
+makes a path of hemisphere-continuous quaternions a continuous path of vectors.
 """
 
 from __future__ import annotations

@@ -31,8 +31,7 @@ def hips_joint(skeleton: Skeleton) -> int:
     """Index of the hips: by name, else the joint where legs and spine part.
 
     Without a known name it is the joint nearest the root whose three largest branches hold at least two joints each;
-    failing
-    that the first joint with several children, failing that the root.
+    failing that the first joint with several children, failing that the root.
     """
     for joint, name in enumerate(skeleton.names):
         if _HIPS.match(bare_name(name)):

@@ -21,9 +21,8 @@ def match_motion(motion: Motion, skeleton: Skeleton) -> Motion:
     """The motion told on `skeleton`, where both are the same rig in all but prefix, joint order, bone lengths or
     joint axes.
 
-    Rotations are kept; where the bones are longer or shorter, translations take the proportions of `skeleton` and
-    the root's
-    travel is scaled by the ratio of hip heights. Rigs of one size keep every number.
+    Rotations are kept; where the bones are longer or shorter, translations take the proportions of `skeleton` and the
+    root's travel is scaled by the ratio of hip heights. Rigs of one size keep every number.
 
     Raises SkeletonMismatchError that names the first joints that differ.
     """

@@ -1,12 +1,9 @@
 """The one place where rotations become vectors and back: the two charts, and where a limb may spin.
 
 A chart turns the quaternions of a window into vectors r that the seam solve can add a correction c to. ``principal``
-is the
-published one: each frame on its own, angle in [0, π], relative to the rest pose. ``centred`` (the default) measures
-from the mean
-of the poses that meet at the seams, follows each segment continuously, and so neither depends on the rest pose nor
-flips (§ Charts
-in docs/method.md).
+is the published one: each frame on its own, angle in [0, π], relative to the rest pose. ``centred`` (the default)
+measures from the mean of the poses that meet at the seams, follows each segment continuously, and so neither depends
+on the rest pose nor flips (§ Charts in docs/method.md).
 """
 
 from __future__ import annotations
@@ -45,8 +42,7 @@ instead.
 
 LONG_WAY, LONG_WAY_FACTOR = 1.1, 1.6
 """A gap told by more than 1.1 π and 1.6 times its geodesic distance is closed the long way round; the chart's own
-stretch
-stays below."""
+stretch stays below."""
 
 _BLOCK = 8192
 """Quaternions worked on at a time: temporaries then stay in the processor's cache, which halves the time of a long
@@ -94,8 +90,8 @@ def principal_chart(straddling: Array, rest: Array) -> Charted:
 def centred_chart(rotations: Array, straddling: Array, local_frames: Sequence[int]) -> Charted:
     """Vectors from the mean of the poses that meet at the seams, continuous along each segment (Eq. 11).
 
-    rotations : (n, J, 4) of the window, segments side by side; straddling : (S, 4, J, 4) per seam a(m−1), a(m),
-    b(m−1), b(m)
+    rotations : (n, J, 4) of the window, segments side by side
+    straddling : (S, 4, J, 4) per seam a(m−1), a(m), b(m−1), b(m)
     local_frames : each seam's frame m counted from the window's start
 
     Each segment takes the sign that makes the sum of w over its own seam frames ≥ 0, each for itself: chaining the
@@ -210,9 +206,8 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array, rotations
 def _takes_long_way(charted: Charted) -> NDArray[np.bool_]:
     """Joints (J,) whose gap at some seam is told by much more than its shortest way.
 
-    One centre serves all seams of a cluster; a source that turns almost all the way round between two of them ends
-    on another
-    sheet than it began on, and one of its seams would be closed the long way round.
+    One centre serves all seams of a cluster; a source that turns almost all the way round between two of them ends on
+    another sheet than it began on, and one of its seams would be closed the long way round.
     """
     if charted.principal or charted.straddling.shape[1] < 2:
         return np.zeros(charted.base.shape[0], dtype=bool)
@@ -235,8 +230,7 @@ def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: A
     gap (Eq. 13).
 
     With d̄ the log of the mean relative rotation and H = exp(d̄/2), the left side becomes ``a exp(d̄/2) exp(c −
-    d̄/2)``, the right
-    side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.
+    d̄/2)``, the right side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.
 
     Seams with overlapping windows are solved one after the other, each with the poses that those before it have left,
     in both orders; the middle of the two commutes with time reversal.

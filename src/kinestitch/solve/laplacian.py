@@ -4,8 +4,8 @@ against.
     minimise  Σ_t W_t |R_t − R_tar,t|² + Σ_t Λ_t |(L R)_t − δ_t|²          (L R)_t = R_{t−1} − 2 R_t + R_{t+1}
 
 Rows of L exist at interior frames only, so W = I and one Λ give the published system (I + λ LᵀL) R = R_tar + λ Lᵀδ
-(Eq. 4).
-It is solved for the correction c = R − R_tar, never for R, which keeps twelve digits where R would lose them (Eq. 5).
+(Eq. 4). It is solved for the correction c = R − R_tar, never for R, which keeps twelve digits where R would lose them
+(Eq. 5).
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A timeline made ready to solve: its clips on one rig and at one rate, and every segment placed on the ground.
 
-Nothing here is as long as the result: a placed timeline answers for any window of frames, so that the cost of an
-edit does not
-depend on the length of the clip.
+Nothing here is as long as the result: a placed timeline answers for any window of frames, so that the cost of an edit
+does not depend on the length of the clip.
 """
 
 from __future__ import annotations

@@ -23,9 +23,8 @@ from kinestitch.solve.stitch import as_motion
 def crossfade(placed: Placed, width: int) -> Motion:
     """Blend both sources over `width` frames on each side of every seam: rotations by slerp, translations linearly.
 
-    Both sources run on under each other; one that ends holds its last pose. Windows end half way to the next seam.
-    It passes through
-    every pose in between, but it averages both motions and slides planted feet.
+    Both sources run on under each other; one that ends holds its last pose. Windows end half way to the next seam. It
+    passes through every pose in between, but it averages both motions and slides planted feet.
 
     Raises ParameterError for width < 1.
     """

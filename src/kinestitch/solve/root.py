@@ -1,11 +1,9 @@
 """Where the body goes: each segment is turned and moved so that it continues the one before it, and its path is joined.
 
 Placement gives every segment one yaw and one ground shift (Eq. 14). The ground path is then solved on its
-displacements, which
-live on the intervals between frames, in the world's axes; the correction sums to zero, so that away from the seam
-the path is
-exactly the rigidly placed one (Eq. 15). No heading is ever extracted from one pose: every heading function is
-singular somewhere.
+displacements, which live on the intervals between frames, in the world's axes; the correction sums to zero, so that
+away from the seam the path is exactly the rigidly placed one (Eq. 15). No heading is ever extracted from one pose:
+every heading function is singular somewhere.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Seams in closed form: where they act, the two scalar curves each one needs, and what it costs.
 
 A seam at m sits between frames m−1 and m. With offsets d_k = b(k) − a(k), the residual e = δ_tar − L R_tar is zero
-but for two
-rows, e_{m−1} = −d_m and e_m = +d_{m−1} (Eq. 6), so the correction of every joint and channel is
+but for two rows, e_{m−1} = −d_m and e_m = +d_{m−1} (Eq. 6), so the correction of every joint and channel is
 
     c(t) = g₀(t) · d_{m−1} + g₁(t) · d_m                                                             (Eq. 7)
 

@@ -2,9 +2,8 @@
 
     minimise  ‖R − R_tar‖² + λ ‖L R − δ_tar‖²                                                       (Eq. 4)
 
-R_tar is the hard cut, δ_tar the second differences of each source among its own neighbours, R the rotation vectors
-of all joints
-in a chart; the ground path is solved on its displacements, height and other translations as positions.
+R_tar is the hard cut, δ_tar the second differences of each source among its own neighbours, R the rotation vectors of
+all joints in a chart; the ground path is solved on its displacements, height and other translations as positions.
 """
 
 from __future__ import annotations
@@ -206,8 +205,8 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
     stiffness : λ for all seams, or one for each
 
     Returns quaternions (Σ n_i, J, 4). In the ``principal`` chart the vectors are taken as they are, branch and all;
-    ``centred``
-    looks at the rotations they stand for, so that ``r`` and ``(2π − θ)(−u)`` give the same result (Eq. 16).
+    ``centred`` looks at the rotations they stand for, so that ``r`` and ``(2π − θ)(−u)`` give the same result (Eq.
+    16).
 
     Raises ParameterError for a stiffness that is negative or not finite, or a wrong number of them.
     """
