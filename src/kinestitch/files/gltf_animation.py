@@ -12,10 +12,12 @@ from kinestitch.errors import FormatError, ParameterError
 from kinestitch.files.gltf_document import GltfDocument, Json, child, objects, text, whole
 from kinestitch.files.rates import snap_rate
 
-_PATHS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
+PATHS = {"translation": "VEC3", "rotation": "VEC4", "scale": "VEC3"}
 _ON_KEY = 1e-3
 """Share of a frame within which a time is a key's own."""
 _ON_GRID = 0.02
+MARK = ("kinestitch", "newest")
+"""Extra of the animation that was written last into a file with several: it is the one to read."""
 _GUESSES = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0)
 
 
@@ -70,11 +72,12 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Take:
-    """One animation: its name, its tracks by (node, path), and the rate its writer noted, if any."""
+    """One animation: its name, its tracks by (node, path), the rate its writer noted, if any, its place in the file."""
 
     name: str
     tracks: dict[tuple[int, str], Track]
     noted_fps: float | None = None
+    index: int = 0
 
 
 def targets(document: GltfDocument, animation: Json) -> list[tuple[int, str, int]]:
@@ -85,7 +88,7 @@ def targets(document: GltfDocument, animation: Json) -> list[tuple[int, str, int
     for channel in objects(animation, "channels"):
         target = child(channel, "target")
         path = text(target, "path", "")
-        if path in _PATHS and "node" in target:
+        if path in PATHS and "node" in target:
             node = whole(target, "node", below=len(nodes))
             result.append((node, path, whole(channel, "sampler", below=len(samplers))))
     return result
@@ -97,7 +100,8 @@ def animation_name(animation: Json, index: int) -> str:
 
 
 def choose_take(document: GltfDocument, name: str | None, nodes: Collection[int] | None) -> Take | None:
-    """The animation called `name`; without a name the one with the most channels on `nodes`, the longest of several.
+    """The animation called `name`; without a name the one that kinestitch wrote last into the file, else the one with
+    the most channels on `nodes`, the longest of several.
 
     nodes : the nodes that count, None for all. Returns None if no animation moves any of them and no name was given;
     raises ParameterError for an unknown name.
@@ -114,7 +118,8 @@ def choose_take(document: GltfDocument, name: str | None, nodes: Collection[int]
             raise ParameterError(f"Expected the name of an animation ({known}), got {name!r}.")
     else:
         most = max((len(channels) for _, _, channels in moving), default=0)
-        chosen = [entry for entry in moving if len(entry[2]) == most > 0]
+        newest = [entry for entry in moving if entry[2] and _extras(entry[1]).get(MARK[0]) == MARK[1]]
+        chosen = newest or [entry for entry in moving if len(entry[2]) == most > 0]
     times: dict[int, Array] = {}
     longest = max(chosen, key=lambda entry: _duration(document, entry[1], entry[2], times), default=None)
     return None if longest is None else _load(document, *longest, times)
@@ -136,10 +141,15 @@ def _load(
 ) -> Take:
     samplers = objects(animation, "samplers")
     tracks = {(node, path): _track(document, samplers[s], path, times) for node, path, s in channels}
-    extras = animation.get("extras")
-    noted = extras.get("fps") if isinstance(extras, dict) else None
+    noted = _extras(animation).get("fps")
     good = isinstance(noted, int | float) and not isinstance(noted, bool) and 1e-3 < noted < 1e4
-    return Take(name, tracks, float(noted) if good and noted is not None else None)
+    index = next(i for i, entry in enumerate(document.objects("animations")) if entry is animation)
+    return Take(name, tracks, float(noted) if good and noted is not None else None, index)
+
+
+def _extras(animation: Json) -> Json:
+    extras = animation.get("extras")
+    return extras if isinstance(extras, dict) else {}
 
 
 def _track(document: GltfDocument, sampler: Json, path: str, times: dict[int, Array]) -> Track:
@@ -148,7 +158,7 @@ def _track(document: GltfDocument, sampler: Json, path: str, times: dict[int, Ar
     interpolation = text(sampler, "interpolation", "LINEAR")
     if interpolation not in ("LINEAR", "STEP", "CUBICSPLINE"):
         raise FormatError(f"Expected interpolation LINEAR, STEP or CUBICSPLINE, got {interpolation[:20]!r}.")
-    values = document.accessor(whole(sampler, "output", below=accessors), _PATHS[path])
+    values = document.accessor(whole(sampler, "output", below=accessors), PATHS[path])
     each = 3 if interpolation == "CUBICSPLINE" else 1
     if len(values) != each * len(keys):
         raise FormatError(f"Expected {each * len(keys)} values for {len(keys)} keys, got {len(values)}.")

@@ -82,11 +82,13 @@ class GltfDocument:
     json : the document
     binary : the GLB's binary chunk, or None
     folder : where external buffers lie
+    chunks : all chunks of a GLB behind its JSON, as (type, bytes)
     """
 
     json: Json
     binary: memoryview | bytes | None
     folder: Path
+    chunks: tuple[tuple[int, memoryview | bytes], ...] = ()
     _buffers: dict[int, memoryview | bytes] = field(default_factory=dict)
     _lists: dict[str, list[Json]] = field(default_factory=dict)
 
@@ -193,7 +195,7 @@ def load_document(path: Path) -> GltfDocument:
         raise FormatError("Expected a glTF file, got an empty one.")
     if is_glb(data):
         container = parse_glb(data)
-        document = GltfDocument(container.document, container.binary, path.parent)
+        document = GltfDocument(container.document, container.binary, path.parent, container.chunks)
     elif data[:64].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         document = GltfDocument(parse_json(data.removeprefix(b"\xef\xbb\xbf")), None, path.parent)
     else:
