@@ -8,7 +8,7 @@ from kinestitch.core.rotation import Array, quat_identity, quat_multiply, quat_s
 from kinestitch.files.fbx.animation import LOCAL, Layer, Take
 from kinestitch.files.fbx.curves import Ticks, sample
 from kinestitch.files.fbx.scene import Model
-from kinestitch.files.fbx.transform import euler_quat, quat_degrees
+from kinestitch.files.fbx.transform import euler_quat, quat_degrees, rotation_order
 
 _ADDITIVE, _OVERRIDE = 0, 1
 
@@ -39,7 +39,7 @@ def _blend(values: tuple[Array, Array], layer: Layer, model: Model, name: str, w
         scaled = np.abs(above) ** weight * np.where(above < 0, -1.0, 1.0)
         return below * scaled if additive else np.abs(below) ** (1 - weight) * np.sign(below) * scaled
     if name == LOCAL[1] and not _number(layer, "RotationAccumulationMode", 0):
-        order = model.integer("RotationOrder") if model.integer("RotationActive") else 0
+        order = rotation_order(model)
         first, second = euler_quat(below, order), euler_quat(above, order)
         if additive:
             mixed = quat_multiply(first, quat_slerp(quat_identity(), second, weight[:, 0]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinestitch.core.kinematics import local_from_world
-from kinestitch.core.rotation import Array, matrix_to_quat, quat_identity, quat_multiply, quat_rotate
+from kinestitch.core.rotation import Array, quat_identity, quat_multiply, quat_rotate
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.files.fbx.animation import LOCAL, Take
 from kinestitch.files.fbx.bones import SCENE, ancestry, nearest_above
@@ -14,8 +14,6 @@ from kinestitch.files.fbx.layers import property_values
 from kinestitch.files.fbx.scene import Key, Scene
 from kinestitch.files.fbx.transform import Local, World, local_transform, nearest_rotation, world_transform
 from kinestitch.files.naming import unique_names
-
-MIRROR = np.diag([-1.0, 1.0, 1.0])
 
 
 def needed_models(scene: Scene, joints: tuple[Key, ...]) -> list[Key]:
@@ -107,21 +105,3 @@ def bind_poses(
             positions[j] = positions[parent] + quat_rotate(rotations[parent], default[0][j])
             rotations[j] = quat_multiply(rotations[parent], default[1][j])
     return local_from_world(skeleton, positions, rotations)
-
-
-def to_y_up_metres(translations: Array, rotations: Array, axes: Array, unit: float) -> tuple[Array, Array]:
-    """Local poses (N, J, ·) of a file's world told in metres with Y up.
-
-    axes : (3, 3) orthogonal; a reflection mirrors every joint's frame as well, so that frames stay right-handed
-    """
-    translations, rotations = translations * unit, rotations.copy()
-    turn = axes
-    if np.linalg.det(axes) < 0:
-        turn = axes @ MIRROR
-        translations = translations * np.array([-1.0, 1.0, 1.0])
-        rotations = rotations * np.array([1.0, -1.0, -1.0, 1.0])
-    if not np.array_equal(turn, np.eye(3)):
-        quat = matrix_to_quat(turn)
-        translations[..., 0, :] = translations[..., 0, :] @ turn.T
-        rotations[..., 0, :] = quat_multiply(quat, rotations[..., 0, :])
-    return translations, rotations

@@ -15,12 +15,13 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import KinestitchWarning, ParameterError
 from kinestitch.files.fbx.animation import Take, read_takes
 from kinestitch.files.fbx.ascii import parse_ascii
+from kinestitch.files.fbx.axes import to_y_up_metres
 from kinestitch.files.fbx.binary import is_binary, parse_binary
 from kinestitch.files.fbx.bones import SCENE, bind_matrices, choose_joints
 from kinestitch.files.fbx.frames import frame_ticks
 from kinestitch.files.fbx.legacy import read_old_takes
 from kinestitch.files.fbx.nodes import Document
-from kinestitch.files.fbx.pose import bare_skeleton, bind_poses, joint_name, local_poses, needed_models, to_y_up_metres
+from kinestitch.files.fbx.pose import bare_skeleton, bind_poses, joint_name, local_poses, needed_models
 from kinestitch.files.fbx.scene import Key, Scene
 from kinestitch.files.naming import naming
 

@@ -12,6 +12,7 @@ from kinestitch.core.rotation import (
     matrix_to_quat,
     quat_conjugate,
     quat_continuous,
+    quat_identity,
     quat_multiply,
     quat_normalize,
     quat_rotate,
@@ -41,16 +42,21 @@ class Local:
         return bool(np.abs(self.scale - 1.0).max(initial=0.0) < UNIT_SCALE)
 
 
+def order_name(order: int) -> str:
+    """The order of rotation as a product of rotating axes; unknown ones count as XYZ, as everywhere else."""
+    return ORDERS[order] if 0 <= order < len(ORDERS) else ORDERS[0]
+
+
 def euler_quat(degrees: Array, order: int) -> Array:
     """Quaternions (..., 4) of FBX Euler angles (..., 3) in degrees, x y z whatever the order of rotation."""
-    name = ORDERS[order] if 0 <= order < len(ORDERS) else ORDERS[0]
+    name = order_name(order)
     angles = np.radians(degrees)
     return euler_to_quat(angles[..., ["XYZ".index(letter) for letter in name]], name)
 
 
 def quat_degrees(q: Array, order: int) -> Array:
     """FBX Euler angles (..., 3) in degrees, x y z whatever the order of rotation, of quaternions (..., 4)."""
-    name = ORDERS[order] if 0 <= order < len(ORDERS) else ORDERS[0]
+    name = order_name(order)
     angles = np.empty((*q.shape[:-1], 3))
     angles[..., ["XYZ".index(letter) for letter in name]] = quat_to_euler(q, name)
     return np.degrees(angles)
@@ -58,19 +64,39 @@ def quat_degrees(q: Array, order: int) -> Array:
 
 def local_transform(model: Model, translation: Array, degrees: Array, scale: Array) -> Local:
     """The model's local frame from its animated translation, Euler angles (degrees) and scale, each (N, 3)."""
-    turn = euler_quat(degrees, 0)
-    if model.integer("RotationActive"):
-        turn = euler_quat(degrees, model.integer("RotationOrder"))
-        before = euler_quat(model.vector("PreRotation"), 0)
-        after = euler_quat(model.vector("PostRotation"), 0)
-        turn = quat_multiply(quat_multiply(before, turn), quat_conjugate(after))
+    before, after = _turns_around(model)
+    turn = quat_multiply(before, quat_multiply(euler_quat(degrees, rotation_order(model)), quat_conjugate(after)))
     turn = quat_normalize(turn)
+    return Local(translation + _pivot_shift(model, turn, scale), turn, scale)
+
+
+def animated_values(model: Model, local: Local) -> tuple[Array, Array]:
+    """The other way round: the translation (N, 3) that makes the model stand like `local`, and the rotation (N, 4)
+    that its Euler angles have to give.
+    """
+    before, after = _turns_around(model)
+    turn = quat_multiply(quat_conjugate(before), quat_multiply(local.rotation, after))
+    return local.translation - _pivot_shift(model, local.rotation, local.scale), quat_normalize(turn)
+
+
+def rotation_order(model: Model) -> int:
+    """The model's order of rotation, which counts only where RotationActive is set."""
+    return model.integer("RotationOrder") if model.integer("RotationActive") else 0
+
+
+def _turns_around(model: Model) -> tuple[Array, Array]:
+    """Quaternions (4,) of pre- and post-rotation."""
+    if not model.integer("RotationActive"):
+        return quat_identity(), quat_identity()
+    return euler_quat(model.vector("PreRotation"), 0), euler_quat(model.vector("PostRotation"), 0)
+
+
+def _pivot_shift(model: Model, turn: Array, scale: Array) -> Array:
+    """What pivots and offsets add to the animated translation: (3,) or (N, 3)."""
     spin, stretch = model.vector("RotationPivot"), model.vector("ScalingPivot")
     inner = -spin + model.vector("ScalingOffset") + stretch - scale * stretch
-    moved = translation + model.vector("RotationOffset") + spin
-    if np.any(inner):
-        moved = moved + quat_rotate(turn, inner)
-    return Local(moved, turn, scale)
+    shift = model.vector("RotationOffset") + spin
+    return shift + quat_rotate(turn, inner) if np.any(inner) else shift
 
 
 @dataclass(frozen=True, slots=True, eq=False)
