@@ -58,11 +58,14 @@ def reach(stiffness: float) -> float:
     return np.ceil(40 * stiffness**0.25) + 8
 
 
-def rows_of(frames: int, seams: Sequence[tuple[float, float]]) -> np.ndarray:
-    """Λ (F,): every row takes the λ of the seam it is nearest to in reaches; seams are (place, λ), place m − ½."""
+def rows_of(frames: int, seams: Sequence[tuple[float, float]], half: float = 0.5) -> np.ndarray:
+    """Λ (F,): a seam's own rows, place ± half, have its λ, every other row that of the seam nearest in reaches.
+
+    seams : (place, λ), where place is m − ½ for rows of frames and m − 1 (half 1) for rows of intervals
+    """
     out = np.zeros(frames)
     for t in range(1, frames - 1):
-        distances = [abs(t - place) / reach(stiffness) for place, stiffness in seams]
+        distances = [max(abs(t - place) - half, 0.0) / reach(stiffness) for place, stiffness in seams]
         nearest = min(distances)
         out[t] = max(s for (_, s), d in zip(seams, distances, strict=True) if d <= nearest * (1 + 1e-12) + 1e-15)
     return out
@@ -132,7 +135,7 @@ def naive_stitch(timeline: Timeline, clips: Mapping[str, Motion], chart: str = "
     seams = [(starts[i + 1], seam.lambda_at(timeline.fps)) for i, seam in enumerate(timeline.seams)]
     rows = rows_of(timeline.frames, [(m - 0.5, stiffness) for m, stiffness in seams])
     translations = _solved_translations(pieces, rows)
-    intervals = rows_of(timeline.frames - 1, [(m - 1.0, stiffness) for m, stiffness in seams])
+    intervals = rows_of(timeline.frames - 1, [(m - 1.0, stiffness) for m, stiffness in seams], half=1.0)
     translations[:, 0, [0, 2]] = _solved_path([piece.translations[:, 0][:, [0, 2]] for piece in pieces], intervals)
     joints = range(clips[timeline.segments[0].clip].skeleton.joint_count)
     first = clips[timeline.segments[0].clip]

@@ -105,6 +105,29 @@ def test_a_stiffness_that_vanishes_approaches_the_hard_cut():
         assert quat_distance(out.rotations, cut.rotations).max() < 20 * stiffness
 
 
+@pytest.mark.parametrize("parts", [LINES["a clip replaced in"], LINES["short segments"], LINES["many"]])
+def test_a_hard_cut_beside_a_soft_seam_is_the_limit_of_a_small_stiffness(parts: Parts):
+    clips = cast(3, frames=70)
+    soft = [Seam(stiffness=81.0)] * (len(parts) - 2)
+    hard = stitch(line(parts, clips, *soft, Seam(stiffness=0.0)), clips)
+    for stiffness in (1e-4, 1e-7):
+        nearly = stitch(line(parts, clips, *soft, Seam(stiffness=stiffness)), clips)
+        assert quat_distance(nearly.rotations, hard.rotations).max() < 100 * stiffness
+        assert np.abs(nearly.translations - hard.translations).max() < 100 * stiffness
+
+
+def test_no_correction_crosses_a_hard_cut():
+    clips = cast(3, frames=100)
+    parts = line([("a", 0, 40), ("b", 10, 20), ("c", 30, 90)], clips, Seam(stiffness=81.0), Seam(stiffness=0.0))
+    solved = solve_timeline(parts, clips)
+    before, after = (quat_distance(solved.motion.rotations[f], solved.cut.rotations[f]).max() for f in (49, 50))
+    assert before > 0.01
+    assert after < 1e-9
+    np.testing.assert_allclose(
+        solved.motion.translations[50:, 1:], solved.cut.translations[50:, 1:], rtol=0, atol=1e-12
+    )
+
+
 def test_solve_timeline_holds_what_stitch_returns():
     clips = cast(3)
     parts = line([("a", 0, 20), ("b", 5, 30), ("b", 30, 35), ("c", 2, 9)], clips)

@@ -60,8 +60,9 @@ class Cluster:
 
 
 def clusters(places: Sequence[SeamPlace], frames: int) -> tuple[Cluster, ...]:
-    """Group seams whose windows [m − reach, m + reach) overlap; windows end where the result of `frames` frames
-    ends.
+    """Group seams whose windows [m − reach, m + reach) overlap; windows end where the result of `frames` frames ends.
+
+    A hard cut (λ = 0) has no window, but one inside another seam's window belongs to it: no correction crosses it.
     """
     spans = []
     for place in places:
@@ -76,12 +77,16 @@ def clusters(places: Sequence[SeamPlace], frames: int) -> tuple[Cluster, ...]:
             groups[-1] = (last[0], max(last[1], stop), [*last[2], place])
         else:
             groups.append((start, stop, [place]))
-    return tuple(Cluster(a, b, tuple(sorted(found, key=lambda p: p.frame))) for a, b, found in groups)
+    hard = [place for place in places if place.stiffness == 0]
+    return tuple(
+        Cluster(a, b, tuple(sorted([*found, *(p for p in hard if a < p.frame < b)], key=lambda p: p.frame)))
+        for a, b, found in groups
+    )
 
 
 def cluster_rows(cluster: Cluster, *, intervals: bool = False) -> Array:
-    """Λ for each row of a cluster's window, zero at its ends: every row takes the λ of the seam it lies nearest to,
-    in reaches.
+    """Λ for each row of a cluster's window, zero at its ends: a seam's own rows have its λ, every other row that of the
+    seam it lies nearest to, in reaches.
 
     intervals : rows stand for the intervals between frames (one fewer) rather than for frames
     """
@@ -90,10 +95,10 @@ def cluster_rows(cluster: Cluster, *, intervals: bool = False) -> Array:
     rows = np.full(count, max(values))
     if len(values) > 1:
         row = np.arange(count) + cluster.start
-        shift = 1.0 if intervals else 0.5
+        half = 1.0 if intervals else 0.5  # a seam's own rows are m−1 and m, or the intervals m−2, m−1 and m
         nearest = np.full(count, np.inf)
         for seam in sorted(cluster.seams, key=lambda s: s.stiffness):
-            distance = np.abs(row - (seam.frame - shift)) / seam_reach(seam.stiffness)
+            distance = np.maximum(np.abs(row - (seam.frame - half)) - half, 0.0) / seam_reach(seam.stiffness)
             takes = distance <= nearest
             rows[takes] = seam.stiffness
             nearest = np.where(takes, distance, nearest)
