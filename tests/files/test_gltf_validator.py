@@ -1,5 +1,6 @@
 """What we write passes the Khronos glTF validator without an error or a warning."""
 
+import importlib.util
 import json
 import os
 import shutil
@@ -13,6 +14,7 @@ import pytest
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_identity
 from kinestitch.core.skeleton import Skeleton
+from kinestitch.files import read, write
 from kinestitch.files.gltf import read_gltf, write_gltf
 from kinestitch.testing import random_motion
 
@@ -75,3 +77,35 @@ def test_real_clips_written_again_are_valid(validate, tmp_path):
     assert len(reports) >= 6
     for report in reports:
         assert (report["errors"], report["warnings"]) == (0, 0), report["messages"]
+
+
+def character(kind, folder):
+    """A character of our own (gltf_character.py, in this folder) as a file."""
+    spec = importlib.util.spec_from_file_location("gltf_character", Path(__file__).parent / "gltf_character.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return getattr(module, f"{kind}_character")().save(folder / f"{kind}.glb")
+
+
+def test_characters_stay_valid(validate, tmp_path):
+    sources = [character(kind, tmp_path) for kind in ("plain", "awkward")]
+    for source in sources:
+        write(read(source), tmp_path / f"{source.stem} again.glb", like=source)
+        write(read(source), tmp_path / f"{source.stem} text.gltf", like=source)
+    before = validate(*sources)
+    targets = [tmp_path / f"{source.stem} {kind}" for kind in ("again.glb", "text.gltf") for source in sources]
+    for report, old in zip(validate(*targets), before * 2, strict=True):
+        assert report["errors"] <= old["errors"], report["messages"]
+    assert before[0]["errors"] == 0, before[0]["messages"]
+
+
+@pytest.mark.skipif(not DATA, reason="KINESTITCH_DATA, the folder of real clips, is not set")
+def test_real_characters_get_no_new_errors(validate, tmp_path):
+    assert DATA
+    sources = sorted(Path(DATA).glob("*/*.glb"))
+    for source in sources:
+        write(read(source), tmp_path / source.name, like=source)
+    before, after = validate(*sources), validate(*(tmp_path / source.name for source in sources))
+    assert len(after) >= 6
+    for old, new in zip(before, after, strict=True):
+        assert (new["errors"] <= old["errors"], new["warnings"] <= old["warnings"]) == (True, True), new["messages"]

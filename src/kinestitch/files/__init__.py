@@ -14,6 +14,7 @@ from kinestitch.errors import FormatError, ParameterError, UnsupportedFormatErro
 
 if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
+    from kinestitch.core.recording import Recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,9 @@ FORMATS: tuple[Format, ...] = (
     Format("glTF", (".glb", ".gltf"), "gltf"),
     Format("AMC", (".amc",), "amc", writes=False),
     Format("AMASS", (".npz",), "amass"),
+    Format("USD", (".usd", ".usda", ".usdc"), "usd", extra="usd"),
+    Format("USD package", (".usdz",), "usd", writes=False, extra="usd"),
+    Format("C3D", (".c3d",), "c3d", writes=False, extra="c3d", records=True),
 )
 
 
@@ -56,18 +60,47 @@ def _function(entry: Format, verb: str) -> Callable[..., Any]:
     return getattr(importlib.import_module(f"kinestitch.files.{entry.module}"), f"{verb}_{entry.module}")
 
 
-def read(path: str | os.PathLike[str], **options: Any) -> Motion:
+def read(path: str | os.PathLike[str], *, isolated: bool = False, **options: Any) -> Motion:
     """Read a clip from a file: metres, Y up, quaternions xyzw, whatever the file uses.
 
     path : ends in one of the suffixes of ``FORMATS``
-    options : the format's own, by name (``unit=`` for BVH, ``take=`` for FBX and glTF)
+    isolated : read in a child process, for files that are not trusted (see :mod:`kinestitch.files.isolated`)
+    options : the format's own, by name (``unit=`` for BVH, ``take=`` for FBX, glTF and USD)
 
-    Raises UnsupportedFormatError, FormatError (damaged or not of this format), FileNotFoundError.
+    Raises UnsupportedFormatError (also for recordings, which :func:`read_recording` reads), FormatError (damaged or not
+    of this format), FileNotFoundError, MissingExtraError where the format needs a library that is not installed.
     """
     path = Path(path)
     entry = format_of(path)
+    if entry.records:
+        raise UnsupportedFormatError(
+            f"Expected a clip of a skeleton, got {entry.name}, which holds markers. Use read_recording. ({path})"
+        )
+    return _read(path, entry, "read", isolated, options)
+
+
+def read_recording(path: str | os.PathLike[str], *, isolated: bool = False, **options: Any) -> Recording:
+    """Read markers and analog channels from a file of a motion laboratory (.c3d): metres, Y up.
+
+    Raises what :func:`read` raises; UnsupportedFormatError for clips.
+    """
+    path = Path(path)
+    entry = format_of(path)
+    if not entry.records:
+        raise UnsupportedFormatError(
+            f"Expected a recording of markers, got {entry.name}, which holds a clip. Use read. ({path})"
+        )
+    return _read(path, entry, "read_recording", isolated, options)
+
+
+def _read(path: Path, entry: Format, verb: str, isolated: bool, options: dict[str, Any]) -> Any:
     if path.is_dir():
         raise FormatError(f"Expected a file, got a folder. ({path})")
+    if isolated:
+        from kinestitch.files.isolated import Isolated
+
+        with Isolated() as reader:
+            return getattr(reader, verb)(path, **options)
     try:
         return _function(entry, "read")(path, **options)
     except TypeError as error:
@@ -131,8 +164,8 @@ def has_character(path: str | os.PathLike[str]) -> bool:
 def _check_like(entry: Format, like: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     if format_of(like) is not entry:
         raise ParameterError(
-            f"Expected a {entry.name} file to keep the character of, got {Path(like).name!r}. "
-            f"Choose an output of its format. ({path})"
+            f"Expected like= to be of the output's format, {entry.name}, got {Path(like).name!r}. "
+            f"Choose an output of that file's format. ({path})"
         )
     if not can_keep(path):
         raise ParameterError(f"Expected a format whose files can be kept, got {entry.name}. Leave like= out. ({path})")

@@ -23,14 +23,14 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_continuous
 from kinestitch.errors import SkeletonMismatchError
 from kinestitch.files.gltf_animation import MARK, PATHS, animation_name
-from kinestitch.files.gltf_document import GltfDocument, Json, child, load_document, objects, whole
+from kinestitch.files.gltf_document import WIDTHS, GltfDocument, Json, child, load_document, objects, text, whole
 from kinestitch.files.gltf_enclosing import with_bytes
 from kinestitch.files.gltf_figure import Figure, open_figure
 from kinestitch.files.gltf_inverse import Held, held, joint_keys
 from kinestitch.files.likeness import told_on
 from kinestitch.files.naming import naming
 
-_FLOAT = 5126
+FLOAT = 5126
 _STILL = 2e-7
 """Values that float32 cannot tell apart are one key."""
 
@@ -76,14 +76,11 @@ class _Builder:
         """Index of a new accessor of the values (count, …) as float32."""
         data = np.ascontiguousarray(values, dtype="<f4")
         entry: Json = {"bufferView": len(self.document.objects("bufferViews")), "byteOffset": self.size}
-        entry |= {"componentType": _FLOAT, "count": len(data), "type": kind}
+        entry |= {"componentType": FLOAT, "count": len(data), "type": kind}
         if kind == "SCALAR":
             entry |= {"min": [float(data.min())], "max": [float(data.max())]}
         self.pieces.append(data.tobytes())
         self.size += data.nbytes
-        return self.add_accessor(entry)
-
-    def add_accessor(self, entry: Json) -> int:
         self.accessors.append(entry)
         return len(self.accessors) - 1
 
@@ -108,8 +105,8 @@ def _animate(builder: _Builder, figure: Figure, motion: Motion) -> None:
         extras = {**extras, "fps": motion.fps, MARK[0]: MARK[1]}
     new = {"name": motion.name or "motion", **old, "samplers": keys.samplers, "channels": keys.channels}
     builder.animations = [_unmarked(entry) for entry in builder.animations]
-    builder.animations[figure.take.index if figure.take else len(builder.animations) :][:1] = []
-    builder.animations.insert(figure.take.index if figure.take else len(builder.animations), new | {"extras": extras})
+    place = figure.take.index if figure.take else len(builder.animations)
+    builder.animations[place : place + 1] = [new | {"extras": extras}]
 
 
 class _Keys:
@@ -171,21 +168,17 @@ def _keep_others(builder: _Builder, keys: _Keys, old: Json, figure: Figure) -> N
 
 
 def _cut(builder: _Builder, sampler: Json, stop: float) -> Json | None:
-    """A sampler without its keys after `stop` s, which stay in the file; None if none can be left."""
-    count = len(builder.document.objects("accessors"))
-    source, target = (whole(sampler, key, below=count) for key in ("input", "output"))
-    times, values = builder.accessors[source], builder.accessors[target]
-    at = builder.document.accessor(source, "SCALAR")[:, 0]
-    left = int(np.searchsorted(at, stop + 1e-4, side="right"))
-    if left == len(at):
+    """A sampler without its keys after `stop` s; None if none can be left."""
+    document = builder.document
+    source, target = (whole(sampler, key, below=len(document.objects("accessors"))) for key in ("input", "output"))
+    times = document.accessor(source, "SCALAR")[:, 0]
+    left = int(np.searchsorted(times, stop + 1e-4, side="right"))
+    if left == len(times):
         return sampler
-    if left == 0 or "sparse" in times or "sparse" in values:
+    entry = document.objects("accessors")[target]
+    kind = text(entry, "type", "")
+    if left == 0 or kind not in WIDTHS or not (entry.get("componentType") == FLOAT or entry.get("normalized") is True):
         return None
-    each = whole(values, "count", below=2**31) // len(at)
-    bare = {key: value for key, value in values.items() if key not in ("min", "max")}
-    ends = {"min": [float(at[:left].min())], "max": [float(at[:left].max())]}
-    return {
-        **sampler,
-        "input": builder.add_accessor({**times, "count": left, **ends}),
-        "output": builder.add_accessor({**bare, "count": left * each}),
-    }
+    values = document.accessor(target, kind)
+    shorter = values[: len(values) // len(times) * left]
+    return {**sampler, "input": builder.add(times[:left], "SCALAR"), "output": builder.add(shorter, kind)}
