@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinestitch.core.kinematics import WorldPose, rest_pose
-from kinestitch.core.rotation import Array, quat_rotate
+from kinestitch.core.rotation import Array
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.rig.families import SIDES
 from kinestitch.rig.hips import hip_height
 from kinestitch.rig.reference import Reference
 
 _TALLEST_TOE = 0.1
+_LEVEL = np.array([1.0, 0.0, 1.0])
 _ROLL = 0.03  # leg lengths over which the weight passes from heel to toe
 
 
@@ -22,12 +23,14 @@ _ROLL = 0.03  # leg lengths over which the weight passes from heel to toe
 class Stance:
     """How a rig stands, in m.
 
-    leg : from hip joint to ankle along the bones; ankle : height of a flat foot's ankle over its toe joint
+    leg : from hip joint to ankle along the bones
+    ankle, foot : of a flat foot, the ankle's height over the toe joint and its distance behind it
     toe : height of the toe joint over the ground, None where nothing tells
     """
 
     leg: float
     ankle: float
+    foot: float
     toe: float | None
 
 
@@ -41,15 +44,15 @@ def stance(skeleton: Skeleton, joints: Mapping[str, int], pose: Reference, movin
     leg = float(np.mean([_length(pose.positions, chain) for chain in legs])) if legs else hip_height(skeleton)
     feet = [(joints[f"{side}_foot"], joints[f"{side}_toe"]) for side in SIDES if f"{side}_toe" in joints]
     if not feet:
-        return Stance(leg, 0.0, None)
-    ankle = float(np.mean([pose.positions[foot, 1] - pose.positions[toe, 1] for foot, toe in feet]))
+        return Stance(leg, 0.0, 0.0, None)
+    _, ankle, foot = np.mean([pose.positions[foot] - pose.positions[toe] for foot, toe in feet], axis=0).tolist()
     toes = [toe for _, toe in feet]
     if pose.grounded:
-        return Stance(leg, ankle, float(rest_pose(skeleton)[0][toes, 1].mean()))
+        return Stance(leg, ankle, -foot, float(rest_pose(skeleton)[0][toes, 1].mean()))
     if moving is None:
-        return Stance(leg, ankle, None)
+        return Stance(leg, ankle, -foot, None)
     lowest = float(np.percentile(moving.positions[:, toes, 1], 2, axis=0).mean())
-    return Stance(leg, ankle, lowest if 0 <= lowest < _TALLEST_TOE * leg else None)
+    return Stance(leg, ankle, -foot, lowest if 0 <= lowest < _TALLEST_TOE * leg else None)
 
 
 def _length(positions: Array, chain: list[int]) -> float:
@@ -62,11 +65,13 @@ class Ground:
 
     scale : ratio of the heights of the hip joints over the ground
     toe, ankle : m to add to the height of a scaled toe joint or ankle
+    ahead : m by which the toe joint stands further ahead of the ankle than on the scaled source
     """
 
     scale: float
     toe: float
     ankle: float
+    ahead: float
 
     def move(self, points: Array, lift: float = 0.0) -> Array:
         """Points (..., 3) m, scaled and lifted."""
@@ -80,38 +85,30 @@ def ground(source: Stance, target: Stance) -> Ground:
     toes = (0.0, 0.0) if source.toe is None or target.toe is None else (source.toe, target.toe)
     scale = (target.leg + target.ankle + toes[1]) / (source.leg + source.ankle + toes[0])
     toe = toes[1] - scale * toes[0]
-    return Ground(scale, toe, toe + target.ankle - scale * source.ankle)
+    return Ground(scale, toe, toe + target.ankle - scale * source.ankle, target.foot - scale * source.foot)
 
 
 def ankle_targets(
-    source: WorldPose, joints: tuple[int, int | None], rig: Stance, places: Ground, reach: Array, aside: Array
+    source: WorldPose, joints: tuple[int, int | None], rig: Stance, places: Ground, offsets: tuple[Array, Array, Array]
 ) -> Array:
     """Where a foot's ankle has to be, (F, 3) m.
 
-    joints : the source's foot and toe; reach : (F, 3) m, from ankle to toe joint on the target, as its foot is turned
-    aside : (F, 3) m, by how much the target's hip joint stands further out than the scaled source's; its level part
-    counts, so that a broad body keeps a broad stance
+    joints : the source's foot and toe
+    offsets : (F, 3) each. m from ankle to toe joint on the target, as its foot is turned; m by which the target's hip
+    joint stands further out than the scaled source's (its level part counts, so that a broad body keeps a broad
+    stance); and the direction ahead of the toes
 
     A foot that stands on its toes keeps them in place, one that stands on its heel the ankle above it.
     """
     foot, toe = joints
-    beside = aside * [1.0, 0.0, 1.0]
+    reach, aside, ahead = offsets
+    beside = aside * _LEVEL
     ankle = source.positions[:, foot]
     by_heel = places.move(ankle, places.ankle) + beside
     if toe is None:
         return by_heel
     tip = source.positions[:, toe]
-    by_toe = places.move(tip, places.toe) + beside - reach
+    by_toe = places.move(tip, places.toe) + beside + places.ahead * ahead * _LEVEL - reach
     raised = (ankle[:, 1] - rig.ankle - tip[:, 1]) / (_ROLL * rig.leg)
     weight = np.clip(0.5 + raised / 2, 0.0, 1.0)[:, None]
     return weight * by_toe + (1 - weight) * by_heel
-
-
-def toe_reach(skeleton: Skeleton, foot: int, toe: int | None, turned: Array) -> Array:
-    """From ankle to toe joint, (F, 3) m, for world rotations (F, 4) of the foot; the joints between are at rest."""
-    offset = np.zeros(3)
-    if toe is not None:
-        chain = skeleton.chain(toe)
-        for joint in reversed(chain[chain.index(foot) + 1 :]):
-            offset = skeleton.offsets[joint] + quat_rotate(skeleton.rest[joint], offset)
-    return quat_rotate(turned, np.broadcast_to(offset, (len(turned), 3)))

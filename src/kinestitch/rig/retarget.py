@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinestitch.core.kinematics import WorldPose, rest_pose, two_bone_ik, world_pose
+from kinestitch.core.kinematics import WorldPose, rest_pose, world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import (
     Array,
@@ -25,8 +25,7 @@ from kinestitch.core.rotation import (
 )
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import KinestitchWarning, SkeletonMismatchError
-from kinestitch.rig.families import SIDES
-from kinestitch.rig.feet import Ground, Stance, ankle_targets, ground, stance, toe_reach
+from kinestitch.rig.legs import hips_place, measured_legs, planted_legs, way_down
 from kinestitch.rig.mapping import Mapping, check_mapping, find_mapping
 from kinestitch.rig.reference import Reference, reference
 from kinestitch.rig.roles import roles_of
@@ -102,16 +101,14 @@ def retargeted(
     roles = _known_roles(own, skeleton, mapping)
     world = world_pose(motion)
     poses = reference(own, roles[0], motion), reference(skeleton, roles[1], example)
-    moving = world_pose(example) if example is not None else None
-    stances = stance(own, roles[0], poses[0], world), stance(skeleton, roles[1], poses[1], moving)
-    limbs = _Legs(world, roles, stances, ground(*stances))
     turned = _turned(mapping, world, own, skeleton, poses)
-    hips = roles[1]["hips"]
     rotations = _carry(skeleton, turned, motion.frames)
-    place = _hips_place(skeleton, limbs, rotations, hips)
+    legs = measured_legs(world, (own, skeleton), roles, poses, example)
+    place = hips_place(legs, rotations)
     if foot_ik:
-        _plant_feet(skeleton, limbs, turned, rotations, place)
+        turned |= planted_legs(legs, turned, rotations, place)
         rotations = _carry(skeleton, turned, motion.frames)
+    hips = roles[1]["hips"]
     result = replace(
         motion,
         skeleton=skeleton,
@@ -119,16 +116,6 @@ def retargeted(
         translations=_local_translations(skeleton, rotations, hips, place),
     )
     return Retargeted(result, mapping, mapping.unmapped(skeleton))
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Legs:
-    """The source's world pose, and what is known of both rigs' joints, sizes and ground."""
-
-    world: WorldPose
-    roles: tuple[dict[str, int], dict[str, int]]
-    stances: tuple[Stance, Stance]
-    places: Ground
 
 
 def _known_roles(source: Skeleton, target: Skeleton, mapping: Mapping) -> tuple[dict[str, int], dict[str, int]]:
@@ -181,57 +168,6 @@ def _carry(skeleton: Skeleton, turned: dict[int, Array], frames: int) -> Array:
     return quat_normalize(world)
 
 
-def _hips_place(skeleton: Skeleton, limbs: _Legs, rotations: Array, hips: int) -> Array:
-    """World positions (F, 3) m of the target's hips: the middle between its hip joints goes the source's scaled way."""
-    ours, theirs = limbs.roles
-    legs = [f"{side}_upper_leg" for side in SIDES if f"{side}_upper_leg" in ours and f"{side}_upper_leg" in theirs]
-    sources = [ours[role] for role in legs] or [ours["hips"]]
-    path = limbs.places.move(limbs.world.positions[:, sources].mean(axis=1))
-    return path - _middle(skeleton, theirs, rotations) if legs else path
-
-
-def _middle(skeleton: Skeleton, joints: dict[str, int], rotations: Array) -> Array:
-    """From the hips to the middle between the hip joints, (F, 3) m in the world."""
-    tops = [joints[f"{side}_upper_leg"] for side in SIDES if f"{side}_upper_leg" in joints]
-    return np.mean([_offset(skeleton, joints["hips"], top, rotations) for top in tops], axis=0)
-
-
-def _hip_joint(world: WorldPose, joints: dict[str, int], side: str) -> Array:
-    """From the middle between the hip joints to one of them, (F, 3) m."""
-    tops = [joints[f"{name}_upper_leg"] for name in SIDES if f"{name}_upper_leg" in joints]
-    return world.positions[:, joints[f"{side}_upper_leg"]] - world.positions[:, tops].mean(axis=1)
-
-
-def _offset(skeleton: Skeleton, start: int, joint: int, rotations: Array) -> Array:
-    """From one joint to another below it, (F, 3) m in the world, for world rotations (F, J, 4)."""
-    chain = skeleton.chain(joint)
-    total = np.zeros((len(rotations), 3))
-    for below in chain[chain.index(start) + 1 :]:
-        total += quat_rotate(rotations[:, skeleton.parents[below]], skeleton.offsets[below])
-    return total
-
-
-def _plant_feet(skeleton: Skeleton, limbs: _Legs, turned: dict[int, Array], rotations: Array, place: Array) -> None:
-    """Turn thighs and shins, in place of their entries in `turned`, until the ankles are where they have to be."""
-    ours, theirs = limbs.roles
-    hips = theirs["hips"]
-    for side in SIDES:
-        chain = [theirs.get(f"{side}_{part}") for part in ("upper_leg", "lower_leg", "foot")]
-        if f"{side}_foot" not in ours or any(joint not in turned for joint in chain):
-            continue
-        thigh, shin, foot = (joint for joint in chain if joint is not None)
-        toe = theirs.get(f"{side}_toe") if f"{side}_toe" in ours else None
-        reach = toe_reach(skeleton, foot, toe, rotations[:, foot])
-        source_joints = ours[f"{side}_foot"], ours[f"{side}_toe"] if toe is not None else None
-        aside = _hip_joint(limbs.world, ours, side) * -limbs.places.scale
-        aside += _offset(skeleton, hips, thigh, rotations) - _middle(skeleton, theirs, rotations)
-        target = ankle_targets(limbs.world, source_joints, limbs.stances[0], limbs.places, reach, aside)
-        top, knee, ankle = (place + _offset(skeleton, hips, joint, rotations) for joint in (thigh, shin, foot))
-        by_thigh, by_shin = two_bone_ik(top, knee, ankle, target)
-        turned[thigh] = quat_multiply(by_thigh, turned[thigh])
-        turned[shin] = quat_multiply(by_shin, turned[shin])
-
-
 def _local_rotations(skeleton: Skeleton, rotations: Array) -> Array:
     local = rotations.copy()
     parents = skeleton.parent_array[1:]
@@ -246,6 +182,6 @@ def _local_translations(skeleton: Skeleton, rotations: Array, hips: int, place: 
         translations[:, 0] = place
     else:
         above = skeleton.parents[hips]
-        from_root = rest_pose(skeleton)[0][0] + _offset(skeleton, 0, above, rotations)
+        from_root = rest_pose(skeleton)[0][0] + way_down(skeleton, 0, above, rotations)
         translations[:, hips] = quat_rotate(quat_conjugate(rotations[:, above]), place - from_root)
     return translations
