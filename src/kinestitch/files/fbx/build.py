@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinestitch.core.rotation import Array
 from kinestitch.files.fbx.binary import CREATION_TIME, FILE_ID
 from kinestitch.files.fbx.curves import TICKS
 from kinestitch.files.fbx.nodes import Node, PackedArray, Property
@@ -14,6 +16,8 @@ from kinestitch.files.fbx.scene import CUSTOM_TIME_MODE, TIME_MODES
 
 VERSION = 7400
 CREATOR = "kinestitch"
+_LINEAR = 0x4 | 0x100 | 0x2000 | 0x4000
+_THIRDS = struct.unpack("<f", struct.pack("<I", 0x0D050D05))[0]  # both tangent weights 0.3333, packed
 
 
 def node(name: str, codes: str = "", *values: Property, children: Iterable[Node] = ()) -> Node:
@@ -53,6 +57,19 @@ def time_mode(fps: float) -> tuple[int, float]:
 def ticks_of(frames: int, fps: float) -> NDArray[np.int64]:
     """Times (F,) in FBX ticks of frames 0 to F − 1."""
     return np.rint(np.arange(frames) * (TICKS / fps)).astype(np.int64)
+
+
+def curve_keys(ticks: NDArray[np.int64], values: Array, version: int = 4008) -> list[Node]:
+    """What an AnimationCurve holds: linear keys of values (K,) at times (K,)."""
+    return [
+        node("Default", "D", float(values[0])),
+        node("KeyVer", "I", version),
+        numbers("KeyTime", "l", ticks),
+        numbers("KeyValueFloat", "f", values),
+        numbers("KeyAttrFlags", "i", np.array([_LINEAR])),
+        numbers("KeyAttrDataFloat", "f", np.array([0.0, 0.0, _THIRDS, 0.0])),
+        numbers("KeyAttrRefCount", "i", np.array([len(values)])),
+    ]
 
 
 def header() -> list[Node]:

@@ -63,12 +63,17 @@ def _read(path: Path, wanted: str | None) -> Motion:
     take = choose_take(takes_of(scene), wanted)
     joints = choose_joints(scene, take)
     ticks, fps = frame_ticks(take, needed_models(scene, joints), scene.fps)
-    bare = bare_skeleton(scene, joints)
-    _warn_of_names(scene, joints, bare)
+    skeleton = skeleton_of(scene, joints)
+    _warn_of_names(scene, joints, skeleton)
     translations, rotations = _upright(scene, *local_poses(scene, joints, take, ticks))
-    offsets, rest = _upright(scene, *_rest(scene, joints, bare.parents))
-    skeleton = replace(bare, offsets=offsets[0], rest=quat_normalize(rest[0]))
     return Motion(skeleton, translations, quat_normalize(rotations), fps, path.stem)
+
+
+def skeleton_of(scene: Scene, joints: tuple[Key, ...]) -> Skeleton:
+    """The joints with their rest pose, metres and Y up."""
+    bare = bare_skeleton(scene, joints)
+    offsets, rest = _upright(scene, *_rest(scene, joints, bare.parents))
+    return replace(bare, offsets=offsets[0], rest=quat_normalize(rest[0]))
 
 
 def takes_of(scene: Scene) -> tuple[Take, ...]:

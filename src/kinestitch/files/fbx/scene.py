@@ -94,7 +94,8 @@ class Scene:
     def links(self) -> tuple[Link, ...]:
         """All object–object and object–property connections, in file order."""
         home = self.document.child("Connections")
-        return (*(_links(home) if home is not None else ()), *_old_links(self.document))
+        said = map(link_of, home.children) if home is not None else ()
+        return (*(link for link in said if link is not None), *_old_links(self.document))
 
     @cached_property
     def children(self) -> dict[Key, list[Link]]:
@@ -199,14 +200,15 @@ class Scene:
         return _RATES.get(mode, 30.0)
 
 
-def _links(home: Node) -> Iterator[Link]:
-    for node in home.children:
-        kind, ends = node.text(), node.properties[1:3]
-        if node.name not in {"C", "Connect"} or len(ends) != 2 or kind not in {"OO", "OP"}:
-            continue
-        child, parent = ends
-        if isinstance(child, int | str) and isinstance(parent, int | str):
-            yield Link(child, parent, node.text(3) if kind == "OP" else "")
+def link_of(node: Node) -> Link | None:
+    """What one entry of the list of connections says; None for kinds that tie no objects together."""
+    kind, ends = node.text(), node.properties[1:3]
+    if node.name not in {"C", "Connect"} or len(ends) != 2 or kind not in {"OO", "OP"}:
+        return None
+    child, parent = ends
+    if not isinstance(child, int | str) or not isinstance(parent, int | str):
+        return None
+    return Link(child, parent, node.text(3) if kind == "OP" else "")
 
 
 def _old_links(document: Document) -> Iterator[Link]:

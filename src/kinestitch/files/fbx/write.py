@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import struct
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,34 +16,56 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.files.atomic import replacing
 from kinestitch.files.fbx import build
 from kinestitch.files.fbx.binary import serialise
-from kinestitch.files.fbx.build import node, numbers, properties, vector
+from kinestitch.files.fbx.build import curve_keys, node, numbers, properties, vector
 from kinestitch.files.fbx.euler import continuous_degrees
-from kinestitch.files.fbx.nodes import Document, Node
+from kinestitch.files.fbx.keep import kept_document
+from kinestitch.files.fbx.nodes import Document
+from kinestitch.files.fbx.parts import Parts
 from kinestitch.files.fbx.transform import quat_degrees
 
 _CM = 100.0
-_LINEAR = 0x4 | 0x100 | 0x2000 | 0x4000
-_THIRDS = struct.unpack("<f", struct.pack("<I", 0x0D050D05))[0]  # both tangent weights 0.3333, packed
 _TINY_CM, _TINY_DEG = 1e-5, 1e-6
 
 
-def write_fbx(motion: Motion, path: str | os.PathLike[str], *, take: str | None = None) -> None:
-    """Write a motion as a binary FBX 7.4 file that holds bones, their rest pose and one take.
+def write_fbx(
+    motion: Motion,
+    path: str | os.PathLike[str],
+    *,
+    take: str | None = None,
+    like: str | os.PathLike[str] | None = None,
+) -> None:
+    """Write a motion as a binary FBX file: a skeleton alone, or the character of another file.
 
-    take : name of the animation stack; the motion's name when left out
+    take : name of the animation stack; the motion's name when left out. With `like` the take to replace, by default
+        the one that the reader chooses
+    like : a binary FBX 7 file from which everything but the animation is kept
 
-    Centimetres, Y up, the motion's own frame rate, one key per frame. The rest pose stands as bind pose and as
-    PreRotation, so that all local rotations at zero show it. Tips of leaf joints are left out. Raises OutputError if
-    the file cannot be written.
+    Without `like`: FBX 7.4 with bones, their rest pose and one take; centimetres, Y up, the motion's own frame rate,
+    one key per frame. The rest pose stands as bind pose and as PreRotation, so that all local rotations at zero show
+    it. Tips of leaf joints are left out.
+
+    With `like`: meshes, skins, shapes, materials, textures, properties and other takes come out bit for bit. The
+    curves of the joints in the base layer of the take are replaced, one key per frame from the take's own start on;
+    its other layers let go of the joints; scale, and what is no joint but carries joints, stands still as at the
+    take's first frame. Curves of anything else (shapes, cameras) stay, at their own times. Joints that only the file
+    has keep their rest. The length is told in the take and the time line, the rate in the time line if it changes.
+
+    Raises OutputError if the file cannot be written; with `like` SkeletonMismatchError that names joints which the
+    file lacks, ParameterError for a take that it lacks, FormatError for text, FBX 6 and older, curves that takes
+    share and scale that no rotation makes up for, FileNotFoundError.
     """
-    data = serialise(motion_document(motion, take or motion.name or "Take 001"))
+    if like is not None:
+        document = kept_document(motion, Path(like), take)
+    else:
+        document = motion_document(motion, take or motion.name or "Take 001")
+    data = serialise(document)
     with replacing(path) as stream:
         stream.write(data)
 
 
 def motion_document(motion: Motion, take: str) -> Document:
     """The node tree of a file that holds nothing but this motion."""
-    parts = _Parts()
+    parts = Parts()
     ticks = build.ticks_of(motion.frames, motion.fps)
     bones = _add_bones(parts, motion.skeleton)
     _add_bind_pose(parts, motion.skeleton, bones)
@@ -62,35 +83,7 @@ def motion_document(motion: Motion, take: str) -> Document:
     return Document(build.VERSION, tuple(nodes))
 
 
-@dataclass(slots=True)
-class _Parts:
-    """Objects and connections as they are gathered."""
-
-    objects: list[Node] = field(default_factory=list)
-    links: list[Node] = field(default_factory=list)
-    last: int = 1_000_000
-
-    def key(self) -> int:
-        self.last += 1
-        return self.last
-
-    def add(self, name: str, title: str, kind: str, children: Sequence[Node]) -> int:
-        key = self.key()
-        suffix = {"AnimationStack": "AnimStack", "AnimationLayer": "AnimLayer", "AnimationCurve": "AnimCurve"}.get(
-            name, name
-        )
-        suffix = "AnimCurveNode" if name == "AnimationCurveNode" else suffix
-        self.objects.append(node(name, "LSS", key, f"{title}\x00\x01{suffix}", kind, children=children))
-        return key
-
-    def link(self, child: int, parent: int, name: str = "") -> None:
-        if name:
-            self.links.append(node("C", "SLLS", "OP", child, parent, name))
-        else:
-            self.links.append(node("C", "SLL", "OO", child, parent))
-
-
-def _add_bones(parts: _Parts, skeleton: Skeleton) -> list[int]:
+def _add_bones(parts: Parts, skeleton: Skeleton) -> list[int]:
     keys: list[int] = []
     turns = quat_degrees(skeleton.rest, 0)
     for joint, name in enumerate(skeleton.names):
@@ -110,7 +103,7 @@ def _add_bones(parts: _Parts, skeleton: Skeleton) -> list[int]:
     return keys
 
 
-def _add_bind_pose(parts: _Parts, skeleton: Skeleton, bones: list[int]) -> None:
+def _add_bind_pose(parts: Parts, skeleton: Skeleton, bones: list[int]) -> None:
     positions, rotations = rest_pose(skeleton)
     matrices = np.tile(np.eye(4), (len(bones), 1, 1))
     matrices[:, :3, :3] = np.swapaxes(quat_to_matrix(rotations), -1, -2)  # FBX multiplies row vectors
@@ -123,7 +116,7 @@ def _add_bind_pose(parts: _Parts, skeleton: Skeleton, bones: list[int]) -> None:
     parts.add("Pose", "BindPose", "BindPose", [*head, *entries])
 
 
-def _add_take(parts: _Parts, motion: Motion, bones: list[int], ticks: NDArray[np.int64], take: str) -> None:
+def _add_take(parts: Parts, motion: Motion, bones: list[int], ticks: NDArray[np.int64], take: str) -> None:
     stop = int(ticks[-1])
     spans = [(name, "KTime", "Time", "", [tick]) for name, tick in (("LocalStart", 0), ("LocalStop", stop))]
     spans += [(name, "KTime", "Time", "", [tick]) for name, tick in (("ReferenceStart", 0), ("ReferenceStop", stop))]
@@ -138,7 +131,7 @@ def _add_take(parts: _Parts, motion: Motion, bones: list[int], ticks: NDArray[np
         whole = joint == 0  # the root keeps every key, so that a still clip keeps its length
         for i, axis in enumerate("XYZ"):
             keys = values[:, i] if whole or np.ptp(values[:, i]) > 0 else values[:1, i]
-            parts.link(parts.add("AnimationCurve", "", "", _curve(ticks[: len(keys)], keys)), group, f"d|{axis}")
+            parts.link(parts.add("AnimationCurve", "", "", curve_keys(ticks[: len(keys)], keys)), group, f"d|{axis}")
 
 
 def _channels(motion: Motion) -> Iterator[tuple[int, str, str, Array]]:
@@ -152,15 +145,3 @@ def _channels(motion: Motion) -> Iterator[tuple[int, str, str, Array]]:
             yield joint, "Lcl Translation", "T", moved
         if joint == 0 or np.abs(degrees[:, joint]).max() > _TINY_DEG:
             yield joint, "Lcl Rotation", "R", degrees[:, joint]
-
-
-def _curve(ticks: NDArray[np.int64], values: Array) -> list[Node]:
-    return [
-        node("Default", "D", float(values[0])),
-        node("KeyVer", "I", 4008),
-        numbers("KeyTime", "l", ticks),
-        numbers("KeyValueFloat", "f", values),
-        numbers("KeyAttrFlags", "i", np.array([_LINEAR])),
-        numbers("KeyAttrDataFloat", "f", np.array([0.0, 0.0, _THIRDS, 0.0])),
-        numbers("KeyAttrRefCount", "i", np.array([len(values)])),
-    ]
