@@ -236,17 +236,20 @@ def test_the_middle_form_commutes_with_time_reversal(seed: int, lengths: list[in
     assert (turned < 1e-9).mean() > 0.95  # gaps of almost π may be closed the other way round
 
 
-@pytest.mark.parametrize("lengths", [[20, 20], [20, 4, 20], [20, 10, 20], [20, 1, 1, 20]])
-def test_the_middle_form_closes_every_gap(lengths: list[int]):
+@pytest.mark.parametrize(
+    ("lengths", "most"), [([20, 20], 0.13), ([20, 4, 20], 0.13), ([20, 10, 20], 0.13), ([20, 1, 1, 20], 0.16)]
+)
+def test_the_middle_form_closes_every_gap(lengths: list[int], most: float):
     steps, gaps = [], []
-    for seed in range(8):
+    for seed in range(30):
         rotations, around, cluster = window(turning(seed, lengths), 81.0)
         solved = mid_tangent(rotations, around, cluster, seam_curves(cluster))
         steps.append([quat_distance(solved[m - 1], solved[m]) for m in cluster.local_frames])
         gaps.append([quat_distance(rotations[m - 1], rotations[m]) for m in cluster.local_frames])
-    left = np.concatenate(steps, axis=-1)
+    left, before = np.concatenate(steps, axis=-1), np.concatenate(gaps, axis=-1)
     assert (left.max(axis=-1) < np.radians(60)).all()
-    assert (np.median(left, axis=-1) < 0.2 * np.median(np.concatenate(gaps, axis=-1), axis=-1)).all()
+    shares = np.median(left / before, axis=-1)  # about 12 % of each gap remains, as 1 / (2√2 λ^¼) says
+    assert (shares < most).all()
 
 
 def test_frames_far_from_an_overturned_seam_stay():
