@@ -221,7 +221,7 @@ def test_what_is_refused(source, tmp_path):
     longer = replace(motion.skeleton, offsets=motion.skeleton.offsets * 1.1)
     with pytest.raises(SkeletonMismatchError, match=r"rests .* m elsewhere"):
         write(replace(motion, skeleton=longer), tmp_path / "a.glb", like=source)
-    with pytest.raises(ParameterError, match=r"the output's format, FBX, .* got 'source\.glb'"):
+    with pytest.raises(ParameterError, match=r"the output's format, FBX, got 'source\.glb'"):
         write(motion, tmp_path / "a.fbx", like=source)
     with pytest.raises(FileNotFoundError):
         write(motion, tmp_path / "a.glb", like=tmp_path / "none.glb")

@@ -1,0 +1,45 @@
+"""The readers that are fuzzed. A new one needs a row here and seeds of our own, never a file of somebody else."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import seeds
+import structured
+
+
+def read_motion(path: Path) -> Any:
+    """The front door, as everybody uses it, and every check of its result."""
+    from kinestitch.files import read
+    from kinestitch.testing import check_motion
+
+    check_motion(read(path))
+
+
+@dataclass(frozen=True)
+class Target:
+    """One reader.
+
+    suffix : of the files it reads, with the dot
+    seeds : small sound files as (suffix, bytes); made by code
+    read : what may raise nothing but a KinestitchError
+    change : one mutation that knows the format, so that damage gets past its container; None has only those of bytes
+    native : rests on native code in a child process of its own, which limits its own memory
+    """
+
+    suffix: str
+    seeds: Callable[[], Iterator[tuple[str, bytes]]]
+    read: Callable[[Path], Any] = read_motion
+    change: Callable[[random.Random, bytes], bytes] | None = None
+    native: bool = False
+
+
+TARGETS = {
+    "bvh": Target(".bvh", seeds.bvh),
+    "fbx": Target(".fbx", seeds.fbx, change=structured.fbx),
+    "glb": Target(".glb", seeds.glb, change=structured.glb),
+}
