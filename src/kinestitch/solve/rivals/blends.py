@@ -1,4 +1,4 @@
-"""Other ways over a seam, on the same placed timeline, for comparison."""
+"""Blends: both sources mixed around a seam, or the gap between them spread along its shortest way."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from kinestitch.core.rotation import (
     quat_to_rotvec,
     rotvec_to_quat,
 )
-from kinestitch.errors import ParameterError
 from kinestitch.solve.placed import Placed, straddling, target_window
+from kinestitch.solve.rivals.gap import check_width, rooms
 from kinestitch.solve.seam import SeamPlace, clusters, seam_curves
 from kinestitch.solve.stitch import as_motion
 
@@ -28,17 +28,9 @@ def crossfade(placed: Placed, width: int) -> Motion:
 
     Raises ParameterError for width < 1.
     """
-    if width < 1:
-        raise ParameterError(f"Expected a width of at least 1 frame, got {width}.")
+    check_width(width)
     rotations, translations = target_window(placed, 0, placed.frames)
-    for seam in placed.seams:
-        before = (
-            (seam.frame - placed.starts[seam.index])
-            if seam.index == 0
-            else (seam.frame - placed.starts[seam.index]) // 2
-        )
-        after = placed.starts[seam.index + 2] - seam.frame
-        after = after if seam.index + 3 == len(placed.starts) else after // 2
+    for seam, before, after in rooms(placed):
         reach = max(1, min(width, before, after))
         frames = np.arange(-reach, reach)
         here = slice(seam.frame - reach, seam.frame + reach)
