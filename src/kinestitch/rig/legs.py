@@ -13,7 +13,8 @@ from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.rig.families import LIMBS, SIDES
 from kinestitch.rig.feet import Ground, Stance, ankle_targets, ground, stance
-from kinestitch.rig.reference import FORWARD, Reference
+from kinestitch.rig.posing import FORWARD
+from kinestitch.rig.reference import Reference
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -126,9 +126,9 @@ def _known_roles(source: Skeleton, target: Skeleton, mapping: Mapping) -> tuple[
         if pair.towards:
             continue
         a, b = source.index(pair.source), target.index(pair.target)
-        if a in played[0]:
+        if a in played[0] and b not in played[1]:
             theirs[played[0][a]] = b
-        elif b in played[1]:
+        elif b in played[1] and a not in played[0]:
             ours[played[1][b]] = a
     return ours, theirs
 
