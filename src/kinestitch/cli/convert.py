@@ -8,6 +8,7 @@ import click
 
 from kinestitch.cli.console import console, progress
 from kinestitch.cli.inputs import is_document, read_clip
+from kinestitch.cli.keeping import write_clip
 from kinestitch.cli.options import FILE
 from kinestitch.cli.outputs import check_output, check_suffix
 from kinestitch.errors import ParameterError, UnsupportedFormatError
@@ -21,8 +22,14 @@ from kinestitch.errors import ParameterError, UnsupportedFormatError
 @click.option(
     "--unit", metavar="U", help="What the numbers of a BVH file IN count: m, cm, mm, inch, asf, or metres, as 0.0254."
 )
-def convert(source: str, target: str, fps: float | None, take: str | None, unit: str | None) -> None:
-    """Read the clip IN and write it as OUT; the suffixes say which formats.
+@click.option(
+    "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of IN in the same format."
+)
+def convert(
+    source: str, target: str, *, fps: float | None, take: str | None, unit: str | None, skeleton_only: bool
+) -> None:
+    """Read the clip IN and write it as OUT; the suffixes say which formats. In the same format OUT keeps IN's
+    character.
 
     \b
     Examples:
@@ -41,7 +48,6 @@ def convert(source: str, target: str, fps: float | None, take: str | None, unit:
         options["unit"] = _metres(unit)
     with progress(3) as step:
         from kinestitch.core.resample import resample
-        from kinestitch.files import write
 
         step(f"reading {source}")
         motion = read_clip(source, **options)
@@ -49,7 +55,7 @@ def convert(source: str, target: str, fps: float | None, take: str | None, unit:
             step("resampling")
             motion = resample(motion, fps)
         step(f"writing {target}")
-        write(motion, target)
+        write_clip(motion, target, source, skeleton_only=skeleton_only or unit is not None, take=take)
     joints = motion.skeleton.joint_count
     console().print(f"{target}: {motion.frames} frames, {motion.fps:g} fps, {motion.duration:.2f} s, {joints} joints")
 

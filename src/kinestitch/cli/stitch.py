@@ -10,6 +10,7 @@ import click
 from kinestitch.cli.console import progress
 from kinestitch.cli.failures import tell
 from kinestitch.cli.inputs import Library, Opened, is_document
+from kinestitch.cli.keeping import write_clip
 from kinestitch.cli.options import BEFORE, CLIP, FILE, NOT_NEGATIVE, OVER, RANGE, OrderedCommand, in_order
 from kinestitch.cli.outputs import check_output, check_suffix
 
@@ -45,6 +46,9 @@ Step = Callable[[str], None]
     show_default=True,
     help="Solve the seams, or leave the hard cut, placed on the ground.",
 )
+@click.option(
+    "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of ORIGINAL in its format."
+)
 @click.option("--report", type=FILE, metavar="FILE.json", help="Write every seam's numbers as JSON.")
 @click.option("-o", "--output", type=FILE, required=True, metavar="OUT", help="A clip, or .otio for the edit itself.")
 @click.pass_context
@@ -56,6 +60,7 @@ def stitch(
     stiffness: float | None,
     chart: str,
     method: str,
+    skeleton_only: bool,
     report: str | None,
     output: str,
     **_: Any,
@@ -67,7 +72,8 @@ def stitch(
 
     Frames count from 0; a range A:B holds the frames A to B-1. A:B and N are frames of ORIGINAL as it was before any
     of the edits; edits at one place happen in the order they are written in. What follows an edit moves in time, and
-    its path on the ground rides along. A REF of another frame rate is resampled to ORIGINAL's.
+    its path on the ground rides along. A REF of another frame rate is resampled to ORIGINAL's. An OUT in ORIGINAL's
+    format keeps its character.
 
     \b
     Examples:
@@ -92,7 +98,8 @@ def stitch(
             solved, numbers = None, None
         else:
             solved, numbers = _solved(opened, chart, method, step)
-            _write(solved, numbers, None if is_document(output) else output, report, step)
+            step("writing")
+            _write(solved, numbers, None if is_document(output) else output, report, opened, skeleton_only)
     from kinestitch.cli.seam_table import show_edit, show_seams
 
     if solved is None or numbers is None:
@@ -187,17 +194,27 @@ def _solved(opened: Opened, chart: Any, method: Any, step: Step) -> tuple[Solved
     return solved, dict(report(solved))
 
 
-def _write(solved: Solved, numbers: dict[str, Any], output: str | None, report: str | None, step: Step) -> None:
+def _write(
+    solved: Solved, numbers: dict[str, Any], output: str | None, report: str | None, opened: Opened, skeleton_only: bool
+) -> None:
     """The report takes its place only after the motion has taken its own."""
     from contextlib import ExitStack
 
     from kinestitch.cli.seam_table import as_json
     from kinestitch.core.atomic import replacing
-    from kinestitch.files import write
 
-    step("writing")
     with ExitStack() as stack:
         if report is not None:
             stack.enter_context(replacing(report)).write(as_json(numbers).encode())
         if output is not None:
-            write(solved.motion, output)
+            key = _whose_skeleton(solved, opened)
+            name = opened.clips[key].name
+            write_clip(solved.motion, output, opened.sources[key], name=name, skeleton_only=skeleton_only)
+
+
+def _whose_skeleton(solved: Solved, opened: Opened) -> str:
+    """The clip whose joints the result has: ORIGINAL, unless nothing of it is left."""
+    skeleton = solved.motion.skeleton
+    return next(
+        (key for key, clip in opened.clips.items() if clip.skeleton is skeleton), opened.timeline.segments[0].clip
+    )

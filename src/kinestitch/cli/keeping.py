@@ -1,0 +1,45 @@
+"""An output in the input's own format keeps the input's character: its mesh, skin, materials and the rest."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinestitch.errors import FormatError, KinestitchWarning
+
+if TYPE_CHECKING:
+    from kinestitch.core.motion import Motion
+
+
+def write_clip(
+    motion: Motion,
+    target: str,
+    source: str,
+    *,
+    skeleton_only: bool,
+    take: str | None = None,
+    name: str | None = None,
+) -> None:
+    """Write a motion that came from `source`, into a copy of that file where the formats allow it.
+
+    skeleton_only : write the skeleton and its motion alone
+    take : the one that was read from `source`, None for the one that reading takes
+    name : what the clip was called that was read from `source`, where the motion is called otherwise
+
+    One KinestitchWarning tells of a mesh that the output does not carry, unless that was asked for.
+    """
+    from kinestitch.files import can_keep, format_of, has_character, write
+
+    why = f"{format_of(target).name} files are written without"
+    if not skeleton_only and format_of(source) is format_of(target) and can_keep(target):
+        options: dict[str, Any] = {} if take is None else {"take": take}
+        try:
+            write(motion if name is None else replace(motion, name=name), target, like=source, **options)
+            return
+        except FormatError as error:
+            why = str(error)
+    write(motion, target)
+    if not skeleton_only and has_character(source):
+        warnings.warn(KinestitchWarning(f"The mesh of {Path(source).name} is left out: {why}"), stacklevel=2)
