@@ -2,13 +2,21 @@
 
 import os
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kinestitch.core.kinematics import local_from_world, world_pose
-from kinestitch.core.rotation import matrix_to_quat, quat_conjugate, quat_distance, quat_multiply
+from kinestitch.core.rotation import (
+    matrix_to_quat,
+    quat_conjugate,
+    quat_distance,
+    quat_multiply,
+    quat_normalize,
+    rotvec_to_quat,
+)
 from kinestitch.errors import FormatError, KinestitchWarning
 from kinestitch.files.fbx import read_fbx, write_fbx
 from kinestitch.files.fbx.bones import choose_joints
@@ -159,3 +167,94 @@ def test_both_read_a_clip_that_we_wrote_anew(clips, ask_ufbx, ask_blender, tmp_p
     for (_, motion), ufbx, blender in zip(again, ask_ufbx(requests(again)), ask_blender(requests(again)), strict=True):
         assert_like_ufbx(motion, ufbx)
         assert_like_blender(motion, blender)
+
+
+KEPT = (
+    "mixamo_skinned/Samba Dancing.fbx",
+    "mixamo_skinned/X Bot.fbx",
+    "mixamo_skinned/X Bot Fast Run.fbx",
+    "mixamo_other_rigs/mario_Jumping Jacks.fbx",
+    "mixamo_other_rigs/mario_Slow Run.fbx",
+    "mixamo_other_rigs/readyplayerme_Kicking.fbx",
+    "mixamo_xbot_60fps/Walking.fbx",
+    "ue_mannequin/MCU_am_OrcHammer_Loco_Walk_Fwd.FBX",
+    "conformance_fbx/assimp_huesitos.fbx",
+    "conformance_fbx/ufbx_blender_279_bone_radius_7400_binary.fbx",
+    "conformance_fbx/ufbx_blender_293_half_skinned_7400_binary.fbx",
+    "conformance_fbx/ufbx_max_transformed_skin_7500_binary.fbx",
+    "conformance_fbx/ufbx_maya_advanced_skinned_pivot_7700_binary.fbx",
+    "conformance_fbx/ufbx_maya_anim_layers_over_acc_7500_binary.fbx",
+    "conformance_fbx/ufbx_maya_null_pivots_7700_binary.fbx",
+    "conformance_fbx/ufbx_maya_pivot_offset_7700_binary.fbx",
+    "conformance_fbx/ufbx_maya_split_pivot_7700_binary.fbx",
+    "conformance_fbx/ufbx_maya_transformed_skin_7700_binary.fbx",
+)
+NO_BONES = ("layers", "null_pivots", "pivot_offset", "split_pivot")  # Blender makes no armature of them
+
+
+def another(motion, frames, fps):
+    """A motion of the same skeleton that swings every joint and carries the root about."""
+    rng = np.random.default_rng(frames)
+    time = np.arange(frames)[:, None, None] / fps
+    joints = motion.skeleton.joint_count
+    swing = rng.normal(size=(joints, 3)) * 0.5 * np.sin(2 * time + rng.uniform(0, 6, size=(joints, 3)))
+    translations = np.repeat(motion.translations[:1], frames, axis=0)
+    translations[:, 0] += 0.1 * np.sin(time[:, 0] * np.array([1.0, 2.0, 3.0]))
+    rotations = quat_normalize(quat_multiply(motion.rotations[:1], rotvec_to_quat(swing)))
+    return replace(motion, translations=translations, rotations=rotations, fps=fps)
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Files with their characters and other motions in them: longer, at another rate; and what was meant."""
+    home = os.environ.get("KINESTITCH_DATA")
+    if not home:
+        pytest.skip("KINESTITCH_DATA is unset: no characters")
+    folder = tmp_path_factory.mktemp("kept")
+    made = []
+    for i, name in enumerate(KEPT):
+        motion = another(read_fbx(Path(home) / name), 40 + i, (24.0, 30.0, 60.0)[i % 3])
+        path = folder / Path(name).name
+        write_fbx(motion, path, like=Path(home) / name)
+        made.append((path, motion))
+    return made
+
+
+def starts(pairs):
+    """Requests that say which take, and when it starts."""
+    rows = []
+    for (path, _), row in zip(pairs, requests(pairs), strict=True):
+        take = choose_take(takes_of(Scene(read_document(path)))).name
+        rows.append({**row, "start": read_with_start(path)[1], "take": take})
+    return rows
+
+
+def shared_joints(motion, answer):
+    assert "error" not in answer, answer["error"]
+    names = list(answer["names"])
+    own = [j for j, name in enumerate(motion.skeleton.names) if name in names]
+    assert len(own) >= motion.skeleton.joint_count - 1
+    return own, [names.index(motion.skeleton.names[j]) for j in own]
+
+
+def test_ufbx_sees_another_motion_in_a_kept_character(kept, ask_ufbx):
+    for (path, motion), answer in zip(kept, ask_ufbx(starts(kept)), strict=True):
+        own, theirs = shared_joints(motion, answer)
+        pose = world_pose(motion)
+        moved = np.linalg.norm(pose.positions[:, own] - answer["positions"][:, theirs], axis=-1)
+        assert moved.max() <= METRES, f"{path.name}: {moved.max()} m"
+        world = answer["matrices"][:, theirs]
+        size = np.cbrt(np.linalg.det(world))[..., None, None]
+        plain = world / size
+        rigid = np.abs(np.swapaxes(plain, -1, -2) @ plain - np.eye(3)).max(axis=(0, -2, -1)) < 1e-4
+        rigid &= (size > 0).all(axis=(0, 2, 3))
+        turned = np.degrees(quat_distance(pose.rotations[:, own], matrix_to_quat(plain)))[:, rigid]
+        assert turned.max(initial=0) <= DEGREES, f"{path.name}: {turned.max()} degrees"
+
+
+def test_blender_sees_another_motion_in_a_kept_character(kept, ask_blender):
+    armatures = [(path, motion) for path, motion in kept if not any(name in path.name for name in NO_BONES)]
+    for (path, motion), answer in zip(armatures, ask_blender(requests(armatures)), strict=True):
+        own, theirs = shared_joints(motion, answer)
+        moved = np.linalg.norm(world_pose(motion).positions[:, own] - answer["positions"][:, theirs], axis=-1)
+        assert moved.max() <= METRES, f"{path.name}: {moved.max()} m"

@@ -9,6 +9,7 @@ import numpy as np
 
 from kinestitch.core.motion import Motion
 from kinestitch.errors import FormatError, ParameterError, SkeletonMismatchError
+from kinestitch.files.fbx.animation import read_takes
 from kinestitch.files.fbx.binary import is_binary, parse_binary
 from kinestitch.files.fbx.bones import choose_joints
 from kinestitch.files.fbx.build import ticks_of
@@ -16,7 +17,7 @@ from kinestitch.files.fbx.frames import frame_ticks
 from kinestitch.files.fbx.graft import Graft
 from kinestitch.files.fbx.nodes import Document, Node
 from kinestitch.files.fbx.pose import needed_models
-from kinestitch.files.fbx.read import choose_take, skeleton_of, takes_of
+from kinestitch.files.fbx.read import choose_take, skeleton_of
 from kinestitch.files.fbx.retake import sheet_of, stretch, tell
 from kinestitch.files.fbx.scene import Scene
 from kinestitch.files.fbx.unpose import said_by
@@ -41,7 +42,7 @@ def retold(document: Document, motion: Motion, wanted: str | None = None) -> Doc
     wanted : name of that take; a file without any gets a new one of that name
     """
     scene = Scene(document)
-    takes = takes_of(scene)
+    takes = read_takes(scene)
     take = choose_take(takes, wanted) if takes else None
     title = wanted or motion.name or "Take 001"
     joints = choose_joints(scene, take)
