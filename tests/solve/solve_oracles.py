@@ -137,12 +137,19 @@ def naive_stitch(timeline: Timeline, clips: Mapping[str, Motion], chart: str = "
     translations = _solved_translations(pieces, rows)
     intervals = rows_of(timeline.frames - 1, [(m - 1.0, stiffness) for m, stiffness in seams], half=1.0)
     translations[:, 0, [0, 2]] = _solved_path([piece.translations[:, 0][:, [0, 2]] for piece in pieces], intervals)
-    joints = range(clips[timeline.segments[0].clip].skeleton.joint_count)
     first = clips[timeline.segments[0].clip]
+    joints = range(first.skeleton.joint_count)
+    chain = first.skeleton.chain(hips_joint(first.skeleton))
+    if chart == "centred":  # hips below the root are solved as the world sees them
+        for piece in pieces:
+            piece.rotations[:, chain[-1]] = _world(piece.rotations, chain).as_quat()
     rest = first.skeleton.rest if chart == "principal" else [None] * len(joints)
     rotations = np.stack(
         [_solved_joint([piece.rotations[:, j] for piece in pieces], rows, rest[j]) for j in joints], axis=1
     )
+    if chart == "centred" and len(chain) > 1:
+        local = _world(rotations, chain[:-1]).inv() * Rotation.from_quat(rotations[:, chain[-1]])
+        rotations[:, chain[-1]] = local.as_quat()
     return replace(first, translations=translations, rotations=rotations, fps=timeline.fps)
 
 

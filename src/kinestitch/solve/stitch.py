@@ -20,6 +20,7 @@ from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import ParameterError
 from kinestitch.rig.carrier import lift_travel
+from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import (
     Chart,
     Charted,
@@ -134,13 +135,43 @@ def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translati
     """Turn a window of the hard cut, (n, J, 4) and (n, J, 3), into the result in place."""
     around = [straddling(placed, seam) for seam in cluster.seams]
     poses = np.stack([seam.rotations for seam in around])
+    way = _way_to_hips(placed) if chart == "centred" else ()
+    _hips_to_world(way, rotations)
+    _hips_to_world(way, poses)
     charted = chart_window(placed, cluster, rotations, poses, chart)
     curves = seam_curves(cluster)
     overturned = solve_rotations(charted, cluster, curves, rotations)
     if len(overturned):
-        target = target_window(placed, cluster.start, cluster.stop)[0][:, overturned]
-        rotations[:, overturned] = mid_tangent(target, poses[:, :, overturned], cluster, curves)
+        target = target_window(placed, cluster.start, cluster.stop)[0]
+        _hips_to_world(way, target)
+        rotations[:, overturned] = mid_tangent(target[:, overturned], poses[:, :, overturned], cluster, curves)
+    if way:
+        above = _product(way[:-1], rotations)
+        rotations[:, way[-1]] = quat_multiply(quat_conjugate(above), rotations[:, way[-1]])
     _solve_translations(placed.carrier, cluster, curves, translations, around)
+
+
+def _way_to_hips(placed: Placed) -> tuple[int, ...]:
+    """The joints from the carrier down to the hips; empty where they are one.
+
+    Hips below a carrier are solved as the world sees them: told in a root that takes the placement's yaw, a turn of
+    almost π could be closed one way by the root and the other way by the hips, and the body would spin.
+    """
+    chain = placed.skeleton.chain(hips_joint(placed.skeleton))
+    way = chain[chain.index(placed.carrier) :] if placed.carrier in chain else ()
+    return way if len(way) > 1 else ()
+
+
+def _product(way: Sequence[int], rotations: Array) -> Array:
+    out = rotations[..., way[0], :]
+    for joint in way[1:]:
+        out = quat_multiply(out, rotations[..., joint, :])
+    return out
+
+
+def _hips_to_world(way: Sequence[int], rotations: Array) -> None:
+    if way:
+        rotations[..., way[-1], :] = _product(way, rotations)
 
 
 def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart) -> Charted:
