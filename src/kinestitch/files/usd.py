@@ -37,10 +37,10 @@ def read_usd(path: str | os.PathLike[str], *, take: str | None = None) -> Motion
         of its joints
 
     Of several skeletons the one that is animated and has the most joints is read. Frames run from the first time sample
-    to the last; where samples are regular, one frame a sample, else one a time code (finer where samples stand between
-    time codes), at ``timeCodesPerSecond``. Values between samples are interpolated as USD does. Joints that an
-    animation leaves out keep their ``restTransforms``. Transforms above the skeleton, moving or not, are part of the
-    root's motion; scale is part of the translations, so that joints stand where they stood. ``upAxis`` and
+    to the last, ``timeCodesPerSecond`` of them a second; more where samples stand between time codes, and where there
+    are more than 240 codes a second, as many as there are samples. Values between samples are interpolated as USD does.
+    Joints that an animation leaves out keep their ``restTransforms``. Transforms above the skeleton, moving or not, are
+    part of the root's motion; scale is part of the translations, so that joints stand where they stood. ``upAxis`` and
     ``metersPerUnit`` are taken into account. The rest pose is ``bindTransforms``, else ``restTransforms``. Several root
     joints get one above them, called like the skeleton.
 
@@ -107,7 +107,7 @@ def _quiet() -> Iterator[Any]:
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """The stage of a file; errors inside, the library's too, become a FormatError that ends with the path."""
-    usd, tf = optional("pxr.Usd", "usd"), optional("pxr.Tf", "usd")
+    usd = optional("pxr.Usd", "usd")
     if not path.is_file():
         path.open("rb").close()
     with naming(path), _quiet(), np.errstate(all="ignore"):
@@ -116,10 +116,18 @@ def _opened(path: Path) -> Iterator[Any]:
             if not stage:
                 raise FormatError("Expected a USD file, got something that the USD library cannot open.")
             yield stage
-        except tf.ErrorException as error:
-            told = _TOLD.search(str(error))
-            reason = " ".join((told[1] if told else "an error of the USD library").split())[:160]
-            raise FormatError(f"Expected a sound USD file, got: {reason}.") from error
+        except (RuntimeError, UnicodeDecodeError) as error:
+            raise FormatError(f"Expected a file that the USD library can read, got: {_reason(error, path)}.") from error
+
+
+def _reason(error: Exception, path: Path) -> str:
+    """What the library says, in one line and without its own file names."""
+    try:
+        told = _TOLD.search(str(error))
+    except UnicodeDecodeError:
+        return "text that is no UTF-8"
+    reason = told[1] if told else "an error of its own"
+    return " ".join(reason.replace(f"{path.absolute()}:", "line ").split())[:160]
 
 
 def _skeleton(stage: Any, rig: Rig) -> Skeleton:

@@ -32,8 +32,10 @@ def frame_times(stage: Any, rig: Rig, take: Take | None) -> tuple[Array, float]:
         return (samples if len(samples) else np.zeros(1)), snap_rate(slow)
     gaps = np.diff(samples)
     step, rate = codes / slow, slow
-    if np.ptp(gaps) < 1e-3 * gaps.mean() and codes / gaps.mean() >= _SLOWEST:
-        step, rate = float(gaps.mean()), codes / float(gaps.mean())
+    own = codes / float(gaps.mean())
+    regular = np.ptp(gaps) < 1e-3 * gaps.mean() and _SLOWEST <= own <= 1000.0
+    if regular and (own > slow or codes > _FASTEST):
+        step, rate = codes / own, own
     else:
         finer = next((k for k in range(1, _FINEST + 1) if _on_grid(samples, step / k)), 1)
         step, rate = step / finer, rate * finer
