@@ -119,6 +119,16 @@ def _same_names(source: Skeleton, target: Skeleton, ours: Roles, theirs: Roles) 
     ]
 
 
+def unmatched(mapping: Mapping) -> str:
+    """The main roles that a mapping misses, as words: ``head, left_hand of the source``."""
+    words = []
+    for side in ("source", "target"):
+        roles = [text.removesuffix(f" of the {side}") for text in mapping.missing if text.endswith(side)]
+        if roles:
+            words.append(f"{', '.join(roles)} of the {side}")
+    return "; ".join(words)
+
+
 def check_mapping(mapping: Mapping, source: Skeleton, target: Skeleton) -> None:
     """Raise SkeletonMismatchError unless every pair names joints that both rigs have, and each target once."""
     seen: set[str] = set()

@@ -26,7 +26,7 @@ from kinestitch.core.rotation import (
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import KinestitchWarning, SkeletonMismatchError
 from kinestitch.rig.legs import hips_place, measured_legs, planted_legs, way_down
-from kinestitch.rig.mapping import Mapping, check_mapping, find_mapping
+from kinestitch.rig.mapping import Mapping, check_mapping, find_mapping, unmatched
 from kinestitch.rig.reference import Reference, reference
 from kinestitch.rig.roles import roles_of
 
@@ -94,7 +94,7 @@ def retargeted(
         mapping = find_mapping(own, skeleton)
         if not mapping.certain:
             raise SkeletonMismatchError(
-                f"Expected two rigs whose main joints are known by name, got no {', no '.join(mapping.missing)}. "
+                f"Expected two rigs whose main joints are known by name, got no {unmatched(mapping)}. "
                 "Save a mapping, edit it, and pass it."
             )
     check_mapping(mapping, own, skeleton)

@@ -19,8 +19,8 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import MissingClipError, RangeError
 from kinestitch.rig.carrier import carrier_joint, with_world_carrier
+from kinestitch.rig.fit import fit_motion
 from kinestitch.rig.hips import hips_joint
-from kinestitch.rig.match import match_motion
 from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.root import Placement, continue_placement
 from kinestitch.solve.seam import SeamPlace
@@ -71,6 +71,8 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
     """Match rigs, resample, and give each segment the yaw and ground shift by which it continues its predecessor
     (Eq. 14).
 
+    A clip of another rig is retargeted where its joints' names leave no doubt, and a KinestitchWarning says so.
+
     Raises MissingClipError, RangeError (a clip shorter than the timeline says), SkeletonMismatchError.
     """
     used = dict.fromkeys(segment.clip for segment in timeline.segments)
@@ -83,7 +85,7 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
             raise RangeError(f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {found}.")
     original = clips[timeline.segments[0].clip if timeline.clips[0].key not in used else timeline.clips[0].key]
     chain = original.skeleton.chain(hips_joint(original.skeleton))
-    matched = {key: resample(match_motion(clips[key], original.skeleton), timeline.fps) for key in used}
+    matched = {key: resample(fit_motion(clips[key], original, key), timeline.fps) for key in used}
     writes = carrier_joint(original)
     carrier = max([writes, *map(carrier_joint, matched.values())], key=chain.index)
     sources = {key: with_world_carrier(motion, carrier) for key, motion in matched.items()}
