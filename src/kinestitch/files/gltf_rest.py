@@ -23,6 +23,7 @@ def inverse_bind_matrices(document: GltfDocument, nodes: int) -> dict[int, Array
             continue
         index = whole(skin, "inverseBindMatrices", below=len(document.objects("accessors")))
         matrices = document.accessor(index, "MAT4").reshape(-1, 4, 4).transpose(0, 2, 1)
+        matrices[:, 3] = 0.0, 0.0, 0.0, 1.0  # which damaged files may not say
         if len(matrices) < len(joints):
             raise FormatError(f"Expected {len(joints)} inverse bind matrices, got {len(matrices)}.")
         for joint, matrix in zip(joints, matrices, strict=False):
