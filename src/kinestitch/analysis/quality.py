@@ -23,7 +23,7 @@ from kinestitch.solve.chart import centred_chart, chart_vectors, corrected
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.root import displacement_residuals
 from kinestitch.solve.seam import SeamPlace, clusters, displacement_curves, seam_energy, visible_reach
-from kinestitch.solve.stitch import Solved, chart_window
+from kinestitch.solve.stitch import Solved, chart_window, hips_to_world, way_to_hips
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ def dynamics_kept(motion: Motion, placed: Placed, seam: SeamPlace) -> float:
     joints = [j for j in range(placed.skeleton.joint_count) if j not in {placed.carrier, hips_joint(placed.skeleton)}]
     if not joints:
         return 1.0
-    own = _own_triples(placed, start, stop)[:, :, joints]
+    own = own_triples(placed, start, stop)[:, :, joints]
     poses = straddling(placed, seam).rotations[None][:, :, joints]
     result = motion.rotations[start - 1 : stop + 1, joints]
     charted = centred_chart(result, poses, [seam.frame - start + 1])
@@ -131,7 +131,7 @@ def _signs(p: Array, q: Array) -> Array:
     return np.where(np.einsum("...i,...i->...", p, q) < 0, -1.0, 1.0)
 
 
-def _own_triples(placed: Placed, start: int, stop: int) -> Array:
+def own_triples(placed: Placed, start: int, stop: int) -> Array:
     """Each source's own previous, present and next rotations for frames [start, stop): (3, n, J, 4)."""
     rotations, _ = target_window(placed, start - 1, stop + 1)
     triples = np.stack([rotations[:-2], rotations[1:-1], rotations[2:]])
@@ -148,6 +148,7 @@ def _own_triples(placed: Placed, start: int, stop: int) -> Array:
 def seam_price(placed: Placed, seam: SeamPlace) -> float:
     """E* in rad² of one seam as if it were the only one, charted around itself (Eq. 10)."""
     poses = straddling(placed, seam).rotations
+    hips_to_world(way_to_hips(placed), poses)
     charted = centred_chart(poses[[0, 3]], poses[None], [1])
     return seam_energy(seam, placed.frames, join(charted.offsets).reshape(2, -1))
 

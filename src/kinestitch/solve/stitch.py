@@ -135,15 +135,15 @@ def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translati
     """Turn a window of the hard cut, (n, J, 4) and (n, J, 3), into the result in place."""
     around = [straddling(placed, seam) for seam in cluster.seams]
     poses = np.stack([seam.rotations for seam in around])
-    way = _way_to_hips(placed) if chart == "centred" else ()
-    _hips_to_world(way, rotations)
-    _hips_to_world(way, poses)
+    way = way_to_hips(placed) if chart == "centred" else ()
+    hips_to_world(way, rotations)
+    hips_to_world(way, poses)
     charted = chart_window(placed, cluster, rotations, poses, chart)
     curves = seam_curves(cluster)
     overturned = solve_rotations(charted, cluster, curves, rotations)
     if len(overturned):
         target = target_window(placed, cluster.start, cluster.stop)[0]
-        _hips_to_world(way, target)
+        hips_to_world(way, target)
         rotations[:, overturned] = mid_tangent(target[:, overturned], poses[:, :, overturned], cluster, curves)
     if way:
         above = _product(way[:-1], rotations)
@@ -151,7 +151,7 @@ def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translati
     _solve_translations(placed.carrier, cluster, curves, translations, around)
 
 
-def _way_to_hips(placed: Placed) -> tuple[int, ...]:
+def way_to_hips(placed: Placed) -> tuple[int, ...]:
     """The joints from the carrier down to the hips; empty where they are one.
 
     Hips below a carrier are solved as the world sees them: told in a root that takes the placement's yaw, a turn of
@@ -169,7 +169,8 @@ def _product(way: Sequence[int], rotations: Array) -> Array:
     return out
 
 
-def _hips_to_world(way: Sequence[int], rotations: Array) -> None:
+def hips_to_world(way: Sequence[int], rotations: Array) -> None:
+    """Tell the hips' rotation in the world, in place; way : from :func:`way_to_hips`; rotations : (..., J, 4)."""
     if way:
         rotations[..., way[-1], :] = _product(way, rotations)
 
