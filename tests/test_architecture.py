@@ -49,6 +49,7 @@ DOORS = {
     "click": ("cli",),
     "rich": ("cli",),
     "hypothesis": ("testing.py",),
+    "av": ("render/encoder.py",),
 }
 """Each library and the only places that may import it."""
 
