@@ -16,7 +16,7 @@ import numpy as np
 from kinestitch.core.recording import Recording
 from kinestitch.core.rotation import Array
 from kinestitch.errors import FormatError, KinestitchWarning
-from kinestitch.files.c3d_bytes import MIPS, little_endian, processor
+from kinestitch.files.c3d_bytes import MIPS, check_whole, little_endian, processor
 from kinestitch.files.extras import optional
 from kinestitch.files.naming import naming, unique_names
 from kinestitch.files.rates import snap_rate
@@ -70,8 +70,10 @@ def _load(ezc3d: Any, path: Path, data: bytes) -> Any:
     """What ezc3d makes of the file, or of its copy in another byte order."""
     with tempfile.TemporaryDirectory() as folder:
         if processor(data) == MIPS:
+            data = little_endian(data)
             path = Path(folder) / "turned.c3d"
-            path.write_bytes(little_endian(data))
+            path.write_bytes(data)
+        check_whole(data)
         try:
             with _silenced():
                 return ezc3d.c3d(str(path))

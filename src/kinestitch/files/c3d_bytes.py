@@ -1,6 +1,13 @@
-"""C3D files of SGI machines in the byte order of everybody else: the same file, every number turned round."""
+"""C3D as bytes: is the file whole, and SGI machines' files in everybody else's byte order.
+
+The library that reads C3D trusts its files; what is plainly wrong is found here, before it crashes on it.
+"""
 
 from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -37,7 +44,7 @@ def little_endian(data: bytes) -> bytes:
     turned[_EVENTS] = bytes(_EVENTS.stop - _EVENTS.start)
     start = (data[0] - 1) * _BLOCK
     turned[start + 3] = INTEL
-    _swap_parameters(turned, start + 4, min(start + max(data[start + 2], 1) * _BLOCK, len(data)))
+    _swap_parameters(turned, start + 4, _end(data, start))
     first = (int.from_bytes(turned[16:18], "little") - 1) * _BLOCK
     if not 0 < first <= len(turned):
         raise FormatError(f"Expected the data of a C3D file inside of it, got its start at byte {first}.")
@@ -53,34 +60,72 @@ def _swap(data: bytearray, first: int, last: int, size: int) -> None:
     data[first : first + count * size] = numbers.astype(f"<u{size}").tobytes()
 
 
-def _swap_parameters(data: bytearray, place: int, end: int) -> None:
-    """Walk the chain of groups and parameters; each names its length in letters and the way to the next.
+def check_whole(data: bytes) -> None:
+    """Look whether a little-endian file (Intel or DEC) has all the parameters and data that it speaks of.
 
-    The last one's way may lead anywhere, out of the section too: there the chain is ended.
+    Raises FormatError.
+    """
+    start = (data[0] - 1) * _BLOCK
+    for is_parameter, place in _chain(bytearray(data), start + 4, _end(data, start), turn=False):
+        if is_parameter:
+            _values(data, place)
+    points, samples, first, last, _ = struct.unpack_from("<5H", data, 2)
+    begin = (int.from_bytes(data[16:18], "little") - 1) * _BLOCK
+    frames = last - first + 1
+    if not 0 < begin <= len(data) or frames < 1:
+        raise FormatError(f"Expected data of at least one frame in a C3D file, got {frames} at byte {begin}.")
+    needed = begin + frames * (4 * points + samples) * 2
+    if last < 0xFFFF and needed > len(data):
+        raise FormatError(
+            f"Expected {needed} bytes for {frames} frames of a C3D file, got {len(data)}. The file may be cut short."
+        )
+
+
+def _end(data: bytes, start: int) -> int:
+    return min(start + max(data[start + 2], 1) * _BLOCK, len(data))
+
+
+def _swap_parameters(data: bytearray, place: int, end: int) -> None:
+    for group, values in _chain(data, place, end, turn=True):
+        if group:
+            _swap_values(data, values)
+
+
+def _chain(data: bytearray, place: int, end: int, *, turn: bool) -> Iterator[tuple[bool, int]]:
+    """Walk groups and parameters: whether it is a parameter, and where its values begin.
+
+    Each names its length in letters and the way to the next; the last one's way may lead anywhere, out of the section
+    too: there the chain is ended.
+
+    turn : turn the ways round from big-endian, in place
     """
     while place + 2 <= end:
         letters = data[place] if data[place] < 128 else 256 - data[place]
         way = place + 2 + letters
         if letters == 0 or way + 4 > end:
             return
-        _swap(data, way, way + 2, 2)
+        if turn:
+            _swap(data, way, way + 2, 2)
         step = int.from_bytes(data[way : way + 2], "little", signed=True)
-        if 0 < data[place + 1] < 128:
-            _swap_values(data, way + 2)
+        yield 0 < data[place + 1] < 128, way + 2
         if step <= 0 or way + step + 2 > end:
             data[way : way + 2] = bytes(2)
             return
         place = way + step
 
 
-def _swap_values(data: bytearray, place: int) -> None:
+def _values(data: bytes | bytearray, place: int) -> tuple[int, int, int]:
+    """Where a parameter's numbers begin and end, and how long each is; raises FormatError outside of the file."""
     size = data[place] if data[place] < 128 else 256 - data[place]
-    count = 1
     dimensions = data[place + 1]
-    for dimension in data[place + 2 : place + 2 + dimensions]:
-        count *= dimension
     first = place + 2 + dimensions
-    if first + count * size > len(data):
-        raise FormatError("Expected parameters inside of a C3D file, got some beyond its end.")
-    if size in (2, 4):
-        _swap(data, first, first + count * size, size)
+    last = first + math.prod(data[place + 2 : first]) * size
+    if size not in (1, 2, 4) or dimensions > 7 or last > len(data):
+        raise FormatError("Expected parameters inside of a C3D file, got one of another form or beyond its end.")
+    return first, last, size
+
+
+def _swap_values(data: bytearray, place: int) -> None:
+    first, last, size = _values(data, place)
+    if size > 1:
+        _swap(data, first, last, size)
