@@ -5,7 +5,8 @@
 REQUESTS.json is a list of {"path", "out", "fps", "frames", "unit" (metres, for BVH; default 1)}; the suffix chooses the
 importer (.fbx, .bvh, .glb, .gltf). Of several animations in one file Blender shows the one it made active.
 For each, `out` becomes an .npz of names (N,), parents (N,), positions (F, N, 3) in metres and rotations (F, N, 3, 3),
-both in the world with Y up, of the heads and axes of all bones; or of one text `error`. Blender turns bone axes to its
+both in the world with Y up, of the heads and axes of all bones, and armature (4, 4), where the first one stands in
+Blender's own world; or of one text `error`. Blender turns bone axes to its
 liking, so compare rotations relative to those of frame 0. Frame k is evaluated k / fps seconds after the first key.
 """
 
@@ -69,6 +70,7 @@ def ask(request):
         "positions": positions,
         "rotations": rotations,
         "fps": np.array(rate),
+        "armature": np.array(armatures[0].matrix_world if armatures else Matrix()),
     }
 
 

@@ -18,7 +18,7 @@ from kinestitch.core.rotation import (
     rotvec_to_quat,
 )
 from kinestitch.errors import FormatError, KinestitchWarning
-from kinestitch.files.fbx import read_fbx, write_fbx
+from kinestitch.files.fbx import PRESETS, read_fbx, write_fbx
 from kinestitch.files.fbx.bones import choose_joints
 from kinestitch.files.fbx.curves import TICKS
 from kinestitch.files.fbx.frames import frame_ticks
@@ -258,3 +258,31 @@ def test_blender_sees_another_motion_in_a_kept_character(kept, ask_blender):
         own, theirs = shared_joints(motion, answer)
         moved = np.linalg.norm(world_pose(motion).positions[:, own] - answer["positions"][:, theirs], axis=-1)
         assert moved.max() <= METRES, f"{path.name}: {moved.max()} m"
+
+
+@pytest.fixture(scope="module")
+def preset_files(tmp_path_factory):
+    """One random motion as every program likes it."""
+    motion = random_motion(5, joints=12, frames=40, fps=30.0, bend=1.5, skeleton_seed=5)
+    made = []
+    for name in PRESETS:
+        path = tmp_path_factory.mktemp("presets") / f"{name}.fbx"
+        write_fbx(motion, path, preset=name)
+        made.append((path, motion))
+    return made
+
+
+def test_presets_change_nothing_that_ufbx_sees(preset_files, ask_ufbx):
+    for (path, motion), answer in zip(preset_files, ask_ufbx(requests(preset_files)), strict=True):
+        pick = columns(motion, answer)
+        moved = np.linalg.norm(world_pose(motion).positions - answer["positions"][:, pick], axis=-1)
+        assert moved.max() <= METRES, path.name
+
+
+def test_presets_change_nothing_that_blender_sees(preset_files, ask_blender):
+    for (path, motion), answer in zip(preset_files, ask_blender(requests(preset_files)), strict=True):
+        pick = columns(motion, answer)
+        moved = np.linalg.norm(world_pose(motion).positions - answer["positions"][:, pick], axis=-1)
+        assert moved.max() <= METRES, path.name
+        plain = np.allclose(answer["armature"], np.eye(4), atol=1e-6)
+        assert plain == (path.stem == "blender")

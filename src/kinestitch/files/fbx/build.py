@@ -16,6 +16,7 @@ from kinestitch.files.fbx.scene import CUSTOM_TIME_MODE, TIME_MODES
 
 VERSION = 7400
 CREATOR = "kinestitch"
+Y_UP = (("Up", 1, 1), ("Front", 2, 1), ("Coord", 0, 1), ("OriginalUp", 1, 1))
 _LINEAR = 0x4 | 0x100 | 0x2000 | 0x4000
 _THIRDS = struct.unpack("<f", struct.pack("<I", 0x0D050D05))[0]  # both tangent weights 0.3333, packed
 
@@ -97,17 +98,16 @@ def header() -> list[Node]:
     ]
 
 
-def settings(fps: float, stop: int) -> Node:
-    """Global settings: centimetres, Y up, right-handed, the frame rate, and a time line up to tick `stop`."""
+def settings(fps: float, stop: int, axes: Sequence[tuple[str, int, int]] = Y_UP, unit: float = 0.01) -> Node:
+    """Global settings: axes, size of a unit in metres, the frame rate, and a time line up to tick `stop`."""
     mode, custom = time_mode(fps)
-    axes = (("Up", 1), ("Front", 2), ("Coord", 0), ("OriginalUp", 1))
     entries: list[tuple[str, str, str, str, Sequence[float | str]]] = []
-    for name, axis in axes:
+    for name, axis, sign in axes:
         entries.append((f"{name}Axis", "int", "Integer", "", [axis]))
-        entries.append((f"{name}AxisSign", "int", "Integer", "", [1]))
+        entries.append((f"{name}AxisSign", "int", "Integer", "", [sign]))
     entries += [
-        ("UnitScaleFactor", "double", "Number", "", [1.0]),
-        ("OriginalUnitScaleFactor", "double", "Number", "", [1.0]),
+        ("UnitScaleFactor", "double", "Number", "", [unit * 100]),
+        ("OriginalUnitScaleFactor", "double", "Number", "", [unit * 100]),
         ("TimeMode", "enum", "", "", [mode]),
         ("TimeSpanStart", "KTime", "Time", "", [0]),
         ("TimeSpanStop", "KTime", "Time", "", [stop]),

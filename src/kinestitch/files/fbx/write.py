@@ -13,6 +13,7 @@ from kinestitch.core.kinematics import rest_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_to_matrix
 from kinestitch.core.skeleton import Skeleton
+from kinestitch.errors import ParameterError
 from kinestitch.files.atomic import replacing
 from kinestitch.files.fbx import build
 from kinestitch.files.fbx.binary import serialise
@@ -21,10 +22,10 @@ from kinestitch.files.fbx.euler import continuous_degrees
 from kinestitch.files.fbx.keep import kept_document
 from kinestitch.files.fbx.nodes import Document
 from kinestitch.files.fbx.parts import Parts
+from kinestitch.files.fbx.presets import PLAIN, Preset, in_file, preset_named
 from kinestitch.files.fbx.transform import quat_degrees
 
-_CM = 100.0
-_TINY_CM, _TINY_DEG = 1e-5, 1e-6
+_TINY_METRES, _TINY_DEG = 1e-7, 1e-6
 
 
 def write_fbx(
@@ -33,16 +34,19 @@ def write_fbx(
     *,
     take: str | None = None,
     like: str | os.PathLike[str] | None = None,
+    preset: str | None = None,
 ) -> None:
     """Write a motion as a binary FBX file: a skeleton alone, or the character of another file.
 
     take : name of the animation stack; the motion's name when left out. With `like` the take to replace, by default
         the one that the reader chooses
     like : a binary FBX 7 file from which everything but the animation is kept
+    preset : ``unity``, ``unreal``, ``blender`` or ``maya``: axes, units and root as that program likes them (see
+        :data:`kinestitch.files.fbx.PRESETS`); not with `like`, whose file has axes and units of its own
 
-    Without `like`: FBX 7.4 with bones, their rest pose and one take; centimetres, Y up, the motion's own frame rate,
-    one key per frame. The rest pose stands as bind pose and as PreRotation, so that all local rotations at zero show
-    it. Tips of leaf joints are left out.
+    Without `like`: FBX 7.4 with bones, their rest pose and one take, at the motion's own frame rate, one key per
+    frame; without `preset` centimetres and Y up. The rest pose stands as bind pose and as PreRotation, so that all
+    local rotations at zero show it. Tips of leaf joints are left out.
 
     With `like`: meshes, skins, shapes, materials, textures, properties and other takes come out bit for bit. The
     curves of the joints in the base layer of the take are replaced, one key per frame from the take's own start on;
@@ -50,30 +54,34 @@ def write_fbx(
     take's first frame. Curves of anything else (shapes, cameras) stay, at their own times. Joints that only the file
     has keep their rest. The length is told in the take and the time line, the rate in the time line if it changes.
 
-    Raises OutputError if the file cannot be written; with `like` SkeletonMismatchError that names joints which the
-    file lacks, ParameterError for a take that it lacks, FormatError for text, FBX 6 and older, curves that takes
-    share and scale that no rotation makes up for, FileNotFoundError.
+    Raises OutputError if the file cannot be written; ParameterError for an unknown preset or take, or a preset beside
+    `like`; with `like` also SkeletonMismatchError that names joints which the file lacks, FormatError for text, FBX 6
+    and older, curves that takes share, and scale that no rotation makes up for; FileNotFoundError.
     """
-    if like is not None:
-        document = kept_document(motion, Path(like), take)
+    told = preset_named(preset)
+    if like is None:
+        document = motion_document(motion, take or motion.name or "Take 001", told)
+    elif preset is not None:
+        raise ParameterError(f"Expected like= or preset=, got both. A kept file has its own axes and units. ({like})")
     else:
-        document = motion_document(motion, take or motion.name or "Take 001")
+        document = kept_document(motion, Path(like), take)
     data = serialise(document)
     with replacing(path) as stream:
         stream.write(data)
 
 
-def motion_document(motion: Motion, take: str) -> Document:
+def motion_document(motion: Motion, take: str, preset: Preset = PLAIN) -> Document:
     """The node tree of a file that holds nothing but this motion."""
+    motion = in_file(motion, preset)
     parts = Parts()
     ticks = build.ticks_of(motion.frames, motion.fps)
     bones = _add_bones(parts, motion.skeleton)
     _add_bind_pose(parts, motion.skeleton, bones)
     stop = int(ticks[-1])
-    _add_take(parts, motion, bones, ticks, take)
+    _add_take(parts, motion, bones, ticks, take, _TINY_METRES / preset.unit)
     nodes = [
         *build.header(),
-        build.settings(motion.fps, stop),
+        build.settings(motion.fps, stop, preset.settings, preset.unit),
         *build.documents(parts.key(), take),
         build.definitions(parts.objects),
         node("Objects", children=parts.objects),
@@ -92,7 +100,7 @@ def _add_bones(parts: Parts, skeleton: Skeleton) -> list[int]:
             ("RotationActive", "bool", "", "", [1]),
             ("InheritType", "enum", "", "", [1]),
             ("DefaultAttributeIndex", "int", "Integer", "", [0]),
-            vector("Lcl Translation", skeleton.offsets[joint] * _CM, "Lcl Translation"),
+            vector("Lcl Translation", skeleton.offsets[joint], "Lcl Translation"),
         )
         model = [node("Version", "I", 232), details, node("Shading", "C", ord("Y")), node("Culling", "S", "CullingOff")]
         keys.append(parts.add("Model", name, "LimbNode", model))
@@ -107,7 +115,7 @@ def _add_bind_pose(parts: Parts, skeleton: Skeleton, bones: list[int]) -> None:
     positions, rotations = rest_pose(skeleton)
     matrices = np.tile(np.eye(4), (len(bones), 1, 1))
     matrices[:, :3, :3] = np.swapaxes(quat_to_matrix(rotations), -1, -2)  # FBX multiplies row vectors
-    matrices[:, 3, :3] = positions * _CM
+    matrices[:, 3, :3] = positions
     entries = [
         node("PoseNode", children=[node("Node", "L", key), numbers("Matrix", "d", matrix.ravel())])
         for key, matrix in zip(bones, matrices, strict=True)
@@ -116,14 +124,14 @@ def _add_bind_pose(parts: Parts, skeleton: Skeleton, bones: list[int]) -> None:
     parts.add("Pose", "BindPose", "BindPose", [*head, *entries])
 
 
-def _add_take(parts: Parts, motion: Motion, bones: list[int], ticks: NDArray[np.int64], take: str) -> None:
+def _add_take(parts: Parts, motion: Motion, bones: list[int], ticks: NDArray[np.int64], take: str, tiny: float) -> None:
     stop = int(ticks[-1])
     spans = [(name, "KTime", "Time", "", [tick]) for name, tick in (("LocalStart", 0), ("LocalStop", stop))]
     spans += [(name, "KTime", "Time", "", [tick]) for name, tick in (("ReferenceStart", 0), ("ReferenceStop", stop))]
     stack = parts.add("AnimationStack", take, "", [properties(*spans)])
     layer = parts.add("AnimationLayer", "BaseLayer", "", [])
     parts.link(layer, stack)
-    for joint, name, short, values in _channels(motion):
+    for joint, name, short, values in _channels(motion, tiny):
         default = [(f"d|{axis}", "Number", "", "A", [float(values[0, i])]) for i, axis in enumerate("XYZ")]
         group = parts.add("AnimationCurveNode", short, "", [properties(*default)])
         parts.link(group, layer)
@@ -134,14 +142,17 @@ def _add_take(parts: Parts, motion: Motion, bones: list[int], ticks: NDArray[np.
             parts.link(parts.add("AnimationCurve", "", "", curve_keys(ticks[: len(keys)], keys)), group, f"d|{axis}")
 
 
-def _channels(motion: Motion) -> Iterator[tuple[int, str, str, Array]]:
-    """Joint, property, short name and values (F, 3) of everything that is not at rest throughout."""
+def _channels(motion: Motion, tiny: float) -> Iterator[tuple[int, str, str, Array]]:
+    """Joint, property, short name and values (F, 3) of everything that is not at rest throughout.
+
+    motion : in the file's axes and units; tiny : a distance there that does not count
+    """
     rest = motion.skeleton.rest
     degrees = continuous_degrees(quat_multiply(quat_conjugate(rest), motion.rotations))
     for joint in range(motion.skeleton.joint_count):
-        moved = motion.translations[:, joint] * _CM
-        home = motion.skeleton.offsets[joint] * _CM
-        if joint == 0 or np.abs(moved - home).max() > _TINY_CM:
+        moved = motion.translations[:, joint]
+        home = motion.skeleton.offsets[joint]
+        if joint == 0 or np.abs(moved - home).max() > tiny:
             yield joint, "Lcl Translation", "T", moved
         if joint == 0 or np.abs(degrees[:, joint]).max() > _TINY_DEG:
             yield joint, "Lcl Rotation", "R", degrees[:, joint]
