@@ -26,7 +26,7 @@ def mutate(data: bytes, others: Sequence[bytes], seed: str, change: Change | Non
     """
     rng = random.Random(seed)
     for _ in range(rng.choice((1, 1, 1, 2, 2, 4))):
-        if change is not None and rng.random() < 0.4:
+        if change is not None and rng.random() < 0.6:
             data = change(rng, data)
             continue
         kinds = (_flip, _bytes, _truncate, _double, _drop, _count, _splice)

@@ -20,6 +20,15 @@ def read_motion(path: Path) -> Any:
     check_motion(read(path))
 
 
+def keep_character(path: Path) -> Any:
+    """What `like=` does with a damaged file: its motion written into it again."""
+    from kinestitch.files import read, write
+
+    out = path.with_name(f"kept{path.suffix}")
+    write(read(path), out, like=path)
+    read_motion(out)
+
+
 @dataclass(frozen=True)
 class Target:
     """One reader.
@@ -42,4 +51,6 @@ TARGETS = {
     "bvh": Target(".bvh", seeds.bvh),
     "fbx": Target(".fbx", seeds.fbx, change=structured.fbx),
     "glb": Target(".glb", seeds.glb, change=structured.glb),
+    "fbx_like": Target(".fbx", seeds.fbx, keep_character, structured.fbx),
+    "glb_like": Target(".glb", seeds.glb, keep_character, structured.glb),
 }

@@ -79,7 +79,9 @@ def _track(graft: Graft, sheet: Sheet, target: tuple[Key, str], ticks: Ticks, va
         (layer, link.child)
         for layer in sheet.layers
         for link in graft.scene.children.get(layer, [])
-        if target in graft.scene.driven.get(link.child, []) and graft.scene.objects[link.child].name in _GROUPS
+        if target in graft.scene.driven.get(link.child, [])
+        and link.child in graft.scene.objects
+        and graft.scene.objects[link.child].name in _GROUPS
     ]
     own = next((there for layer, there in groups if layer == sheet.layers[0] and _alone(graft, there)), None)
     for layer, there in groups:
