@@ -3,7 +3,7 @@
     python ask_blender.py REQUESTS.json
 
 REQUESTS.json is a list of {"path", "out", "fps", "frames", "unit" (metres, for BVH; default 1)}; the suffix chooses the
-importer (.fbx, .bvh, .glb, .gltf). Of several animations in one file Blender shows the one it made active.
+importer (.fbx, .bvh, .glb, .gltf, .usd, .usda, .usdc). Of several animations in one file Blender shows the one it made active.
 For each, `out` becomes an .npz of names (N,), parents (N,), positions (F, N, 3) in metres and rotations (F, N, 3, 3),
 both in the world with Y up, of the heads and axes of all bones, and armature (4, 4), where the first one stands in
 Blender's own world; or of one text `error`. Blender turns bone axes to its
@@ -35,6 +35,8 @@ def load(path, fps, unit):
         bpy.ops.import_anim.bvh(filepath=path, axis_forward="-Z", axis_up="Y", frame_start=1, global_scale=unit)
     elif suffix in {".glb", ".gltf"}:
         bpy.ops.import_scene.gltf(filepath=path)
+    elif suffix in {".usd", ".usda", ".usdc"}:
+        bpy.ops.wm.usd_import(filepath=path)
     else:
         raise ValueError(f"no importer for {suffix}")
     return scene
