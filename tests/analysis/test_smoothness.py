@@ -88,6 +88,19 @@ def test_added_is_counted_beyond_the_sources_own():
     assert found.own[0] == found.added[0] == found.per_joint[0] == 0.0
 
 
+def test_what_survives_is_not_made_up_for_by_what_is_added():
+    """Sources that nod in step: a hard cut keeps all and adds a pop, a crossfade of opposite nods leaves nothing."""
+    wave = 0.3 * np.sin(np.arange(300) / 5)
+    cut = joined(arm(wave), arm(wave + 0.3), 150)
+    found = s.added_acceleration(cut.cut, cut.placed, cut.seams[0], 100)
+    assert found.survived == pytest.approx(1.0, abs=1e-3)
+    assert found.kept > 1.1
+    against = joined(arm(wave), arm(-wave), 150)
+    faded = s.added_acceleration(crossfade(against.placed, 100), against.placed, against.seams[0], 100)
+    assert faded.kept == pytest.approx(np.sqrt(1 / 3), abs=0.03)
+    assert faded.survived == pytest.approx(faded.kept, abs=0.03)
+
+
 def test_a_clip_joined_to_itself_adds_nothing():
     clip = random_motion(3, frames=90)
     clips = joined(clip, replace(clip, name="again"), 40)

@@ -27,7 +27,11 @@ PERCENTILE = 95.0
 
 def angular_velocity(rotations: Array, fps: float) -> Array:
     """ω (F − 1, J, 3) rad/s of rotations (F, J, 4), from each frame to the next, in the joint's own axes."""
-    return quat_to_rotvec(quat_multiply(quat_conjugate(rotations[:-1]), rotations[1:])) * fps
+    return _velocity(rotations[:-1], rotations[1:], fps)
+
+
+def _velocity(before: Array, after: Array, fps: float) -> Array:
+    return quat_to_rotvec(quat_multiply(quat_conjugate(before), after)) * fps
 
 
 def angular_acceleration(rotations: Array, fps: float) -> Array:
@@ -42,12 +46,16 @@ class Added:
     added : (J,) the largest that the result's size exceeds its source's own in the same frame, at least 0
     own : (J,) 95th percentile of the sources' own sizes; own_body : the same of each frame's strongest joint
     strongest : (J,) the largest size in the result. All in rad/s or rad/s².
+    kept : root of the sum of squares of all sizes, the result's over the sources': 1 where the movement is as strong
+    survived : the same, but what is stronger than its source counts as much as its source: 1 where nothing is weaker
     """
 
     added: Array
     own: Array
     own_body: float
     strongest: Array
+    kept: float
+    survived: float
 
     @property
     def per_joint(self) -> Array:
@@ -72,17 +80,32 @@ def _ratio(value: float, of: float) -> float:
     return value / of if of > 0 else float("inf")
 
 
-def added_acceleration(motion: Motion, placed: Placed, seam: SeamPlace, reach: int) -> Added:
+def own_acceleration(placed: Placed, seam: SeamPlace, reach: int) -> Array:
+    """Sizes (n, J) rad/s² of the sources' angular acceleration within `reach` frames of a seam.
+
+    Each source among its own neighbours, some of which are not part of the result, so that the cut itself is not in it.
+    Raises ParameterError for a reach that leaves nothing to look at.
+    """
+    before, here, after = own_triples(placed, *_near(placed, seam, reach))
+    first, second = (_velocity(a, b, placed.timeline.fps) for a, b in ((before, here), (here, after)))
+    return np.asarray(np.linalg.norm(second - first, axis=-1) * placed.timeline.fps)
+
+
+def acceleration_near(motion: Motion, placed: Placed, seam: SeamPlace, reach: int) -> Array:
+    """Sizes (n, J) rad/s² of a result's angular acceleration in the frames of :func:`own_acceleration`."""
+    start, stop = _near(placed, seam, reach)
+    return np.asarray(np.linalg.norm(angular_acceleration(motion.rotations[start - 1 : stop + 1], motion.fps), axis=-1))
+
+
+def added_acceleration(
+    motion: Motion, placed: Placed, seam: SeamPlace, reach: int, *, own: Array | None = None
+) -> Added:
     """How much stronger than its sources a result accelerates within `reach` frames of a seam: angular, rad/s².
 
-    Sources are taken among their own neighbours, so that the hard cut itself adds its whole pop.
+    own : what :func:`own_acceleration` gives there, to measure several results of one seam
     """
-    start, stop = _near(placed, seam, reach)
-    before, here, after = own_triples(placed, start, stop)
-    fps = motion.fps
-    first, second = (angular_velocity(np.stack(pair), fps)[0] for pair in ((before, here), (here, after)))
-    result = np.linalg.norm(angular_acceleration(motion.rotations[start - 1 : stop + 1], fps), axis=-1)
-    return _added(result, np.linalg.norm((second - first) * fps, axis=-1))
+    own = own_acceleration(placed, seam, reach) if own is None else own
+    return _added(acceleration_near(motion, placed, seam, reach), own)
 
 
 def added_velocity(motion: Motion, placed: Placed, seam: SeamPlace, reach: int) -> Added:
@@ -93,10 +116,7 @@ def added_velocity(motion: Motion, placed: Placed, seam: SeamPlace, reach: int) 
     """
     start, stop = _near(placed, seam, reach)
     before, here, after = own_triples(placed, start, stop)
-    into, out = (
-        np.linalg.norm(angular_velocity(np.stack(pair), motion.fps)[0], axis=-1)
-        for pair in ((before, here), (here, after))
-    )
+    into, out = (np.linalg.norm(_velocity(a, b, motion.fps), axis=-1) for a, b in ((before, here), (here, after)))
     result = np.linalg.norm(angular_velocity(motion.rotations[start:stop], motion.fps), axis=-1)
     return _added(result, np.maximum(out[:-1], into[1:]))
 
@@ -110,11 +130,14 @@ def _near(placed: Placed, seam: SeamPlace, reach: int) -> tuple[int, int]:
 
 
 def _added(result: Array, own: Array) -> Added:
+    size = float(np.linalg.norm(own))
     return Added(
         added=np.maximum(result - own, 0.0).max(axis=0),
         own=np.percentile(own, PERCENTILE, axis=0),
         own_body=float(np.percentile(own.max(axis=1), PERCENTILE)),
         strongest=result.max(axis=0),
+        kept=float(np.linalg.norm(result)) / size if size > 0 else 1.0,
+        survived=float(np.linalg.norm(np.minimum(result, own))) / size if size > 0 else 1.0,
     )
 
 
