@@ -33,7 +33,7 @@ def _retargeted(motion: Motion, onto: Motion, name: str, why: str) -> Motion:
     if not mapping.certain:
         raise SkeletonMismatchError(
             f"{why.partition('. ')[0]}; clip {name!r} cannot be retargeted by names, which do not tell "
-            f"{unmatched(mapping)}. Retarget it with a mapping first."
+            f"{unmatched(mapping)}. Rename or retarget it with a mapping first."
         )
     result = retargeted(motion, onto.skeleton, mapping, example=onto)
     families = f"from {mapping.source_family} to {mapping.target_family} joints"

@@ -8,6 +8,7 @@ import numpy as np
 
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import SkeletonMismatchError
+from kinestitch.rig.families import MAIN_ROLES
 from kinestitch.rig.hips import bare_name
 from kinestitch.rig.roles import Roles, roles_of
 
@@ -124,7 +125,9 @@ def unmatched(mapping: Mapping) -> str:
     words = []
     for side in ("source", "target"):
         roles = [text.removesuffix(f" of the {side}") for text in mapping.missing if text.endswith(side)]
-        if roles:
+        if len(roles) >= len(MAIN_ROLES) - 1:
+            words.append(f"any limb of the {side}")
+        elif roles:
             words.append(f"{', '.join(roles)} of the {side}")
     return "; ".join(words)
 
