@@ -146,6 +146,18 @@ def test_frames(tmp_path, codes, samples, fps, frames):
     assert motion.fps == pytest.approx(fps, rel=1e-4)
 
 
+def test_the_stages_range_adds_frames_that_stand_still(tmp_path):
+    ranged = SCENE.replace("upAxis", "startTimeCode = -2\n    endTimeCode = 5\n    upAxis")
+    assert read(tmp_path, ranged).frames == 3  # of two animations one may be shorter than the stage
+    alone = ranged[: ranged.index('def SkelAnimation "Wave"')] + "}\n}\n"
+    motion = read(tmp_path, alone)
+    assert motion.frames == 8
+    np.testing.assert_array_equal(motion.rotations[:2], motion.rotations[[2, 2]])
+    np.testing.assert_array_equal(motion.rotations[5:], motion.rotations[[4, 4, 4]])
+    for bounds in ("1e300", "nan", "-7"):
+        assert read(tmp_path, alone.replace("endTimeCode = 5", f"endTimeCode = {bounds}")).frames in (3, 5)
+
+
 def test_names_are_jointnames_else_parts_of_paths(tmp_path):
     named = SCENE.replace(
         "uniform matrix4d[] rest", 'uniform token[] jointNames = ["mix:Hip", "b", "c"]\nuniform matrix4d[] rest', 1

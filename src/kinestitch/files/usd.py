@@ -38,7 +38,8 @@ def read_usd(path: str | os.PathLike[str], *, take: str | None = None) -> Motion
 
     Of several skeletons the one that is animated and has the most joints is read. Frames run from the first time sample
     to the last, ``timeCodesPerSecond`` of them a second; more where samples stand between time codes, and where there
-    are more than 240 codes a second, as many as there are samples. Values between samples are interpolated as USD does.
+    are more than 240 codes a second, as many as there are samples. Where the file has one animation only, the stage's
+    own range adds the frames before and after that stand still. Values between samples are interpolated as USD does.
     Joints that an animation leaves out keep their ``restTransforms``. Transforms above the skeleton, moving or not, are
     part of the root's motion; scale is part of the translations, so that joints stand where they stood. ``upAxis`` and
     ``metersPerUnit`` are taken into account. The rest pose is ``bindTransforms``, else ``restTransforms``. Several root

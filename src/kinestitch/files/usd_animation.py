@@ -39,10 +39,30 @@ def frame_times(stage: Any, rig: Rig, take: Take | None) -> tuple[Array, float]:
     else:
         finer = next((k for k in range(1, _FINEST + 1) if _on_grid(samples, step / k)), 1)
         step, rate = step / finer, rate * finer
+    most = _MOST_JOINT_FRAMES // len(rig.names)
     count = np.floor((samples[-1] - samples[0]) / step + 1e-3) + 1
-    if count * len(rig.names) > _MOST_JOINT_FRAMES:
-        raise FormatError(f"Expected up to {_MOST_JOINT_FRAMES // len(rig.names)} frames, got {count:.0f}.")
-    return np.minimum(samples[0] + step * np.arange(int(count)), samples[-1]), snap_rate(rate)
+    if count > most:
+        raise FormatError(f"Expected up to {most} frames, got {count:.0f}.")
+    before, after = _held(stage, rig, samples, step)
+    if count + before + after > most:
+        before = after = 0
+    return samples[0] + step * np.arange(-before, int(count) + after), snap_rate(rate)
+
+
+def _held(stage: Any, rig: Rig, samples: Array, step: float) -> tuple[int, int]:
+    """Frames before the first sample and after the last one: writers leave out values that do not change.
+
+    Only the stage tells of them, which speaks for one animation, not for several.
+    """
+    if not stage.HasAuthoredTimeCodeRange() or len(rig.takes) > 1:
+        return 0, 0
+    before = (samples[0] - float(stage.GetStartTimeCode())) / step
+    after = (float(stage.GetEndTimeCode()) - samples[-1]) / step
+    return _whole(before), _whole(after)
+
+
+def _whole(count: float) -> int:
+    return int(min(np.floor(count + 1e-3), _MOST_JOINT_FRAMES)) if np.isfinite(count) and count > 0 else 0
 
 
 def _on_grid(samples: Array, step: float) -> bool:
