@@ -75,7 +75,9 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
 
     Raises MissingClipError, RangeError (a clip shorter than the timeline says), SkeletonMismatchError.
     """
-    used = dict.fromkeys(segment.clip for segment in timeline.segments)
+    pasted = [segment.clip for segment in timeline.segments]
+    first = timeline.clips[0].key if timeline.clips[0].key in pasted else pasted[0]
+    used = dict.fromkeys([first, *pasted])  # the original leads: what stands above its carrier is taken from it
     for key in used:
         if key not in clips:
             known = ", ".join(map(repr, clips)) or "none"
@@ -83,7 +85,7 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
         info, found = timeline.clip(key), clips[key].frames
         if info.frames != found:
             raise RangeError(f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {found}.")
-    original = clips[timeline.segments[0].clip if timeline.clips[0].key not in used else timeline.clips[0].key]
+    original = clips[first]
     chain = original.skeleton.chain(hips_joint(original.skeleton))
     matched = {key: resample(fit_motion(clips[key], original, key), timeline.fps) for key in used}
     writes = carrier_joint(original)
