@@ -2,12 +2,13 @@
 
     python ask_blender.py REQUESTS.json
 
-REQUESTS.json is a list of {"path", "out", "fps", "frames", "unit" (metres, for BVH; default 1)}; the suffix chooses the
-importer (.fbx, .bvh, .glb, .gltf, .usd, .usda, .usdc). Of several animations in one file Blender shows the one it made active.
+REQUESTS.json is a list of {"path", "out", "fps", "frames", "unit" (metres, for BVH; default 1), "take" (optional)};
+the suffix chooses the importer (.fbx, .bvh, .glb, .gltf, .usd, .usda, .usdc). Of several animations in one file Blender
+shows `take`, else the one it made active.
 For each, `out` becomes an .npz of names (N,), parents (N,), positions (F, N, 3) in metres and rotations (F, N, 3, 3),
 both in the world with Y up, of the heads and axes of all bones, and armature (4, 4), where the first one stands in
-Blender's own world; or of one text `error`. Blender turns bone axes to its
-liking, so compare rotations relative to those of frame 0. Frame k is evaluated k / fps seconds after the first key.
+Blender's own world; or of one text `error`. Blender turns bone axes to its liking, so compare rotations relative to
+those of frame 0. Frame k is evaluated k / fps seconds after the first key.
 """
 
 import json
@@ -42,9 +43,18 @@ def load(path, fps, unit):
     return scene
 
 
-def first_key():
-    """Frame of the first key of any curve."""
-    starts = [action.frame_range[0] for action in bpy.data.actions]
+def show_take(name):
+    """Have every armature play the action of this name, as an animator would choose it."""
+    action = bpy.data.actions[name]
+    for thing in bpy.context.scene.objects:
+        if thing.type == "ARMATURE":
+            thing.animation_data.action = action
+            thing.animation_data.action_slot = action.slots[0]
+
+
+def first_key(name=None):
+    """Frame of the first key of any curve, or of those of one action."""
+    starts = [action.frame_range[0] for action in bpy.data.actions if name in (None, action.name)]
     return min(starts, default=float(bpy.context.scene.frame_start))
 
 
@@ -54,7 +64,9 @@ def ask(request):
     bones = [(thing, bone) for thing in armatures for bone in thing.pose.bones]
     index = {(thing.name, bone.name): i for i, (thing, bone) in enumerate(bones)}
     rate = scene.render.fps / scene.render.fps_base
-    start = first_key()
+    if "take" in request:
+        show_take(request["take"])
+    start = first_key(request.get("take"))
     positions = np.empty((request["frames"], len(bones), 3))
     rotations = np.empty((request["frames"], len(bones), 3, 3))
     for frame in range(request["frames"]):
