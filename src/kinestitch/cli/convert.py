@@ -8,7 +8,7 @@ import click
 
 from kinestitch.cli.console import console, progress
 from kinestitch.cli.inputs import is_document, read_clip
-from kinestitch.cli.keeping import write_clip
+from kinestitch.cli.keeping import preset_option, write_clip
 from kinestitch.cli.options import FILE
 from kinestitch.cli.outputs import check_output, check_suffix
 from kinestitch.errors import ParameterError, UnsupportedFormatError
@@ -25,8 +25,16 @@ from kinestitch.errors import ParameterError, UnsupportedFormatError
 @click.option(
     "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of IN in the same format."
 )
+@preset_option
 def convert(
-    source: str, target: str, *, fps: float | None, take: str | None, unit: str | None, skeleton_only: bool
+    source: str,
+    target: str,
+    *,
+    fps: float | None,
+    take: str | None,
+    unit: str | None,
+    skeleton_only: bool,
+    preset: str | None,
 ) -> None:
     """Read the clip IN and write it as OUT; the suffixes say which formats. In the same format OUT keeps IN's
     character.
@@ -36,6 +44,7 @@ def convert(
       kinestitch convert walk.fbx walk.bvh
       kinestitch convert capture.bvh capture.glb --fps 60 --unit inch
       kinestitch convert skinned.fbx walk.glb --take mixamo.com
+      kinestitch convert walk.bvh walk.fbx --preset unreal
     """
     if is_document(source):
         raise UnsupportedFormatError(f"Expected a clip, got an edit. Use kinestitch stitch instead. ({source})")
@@ -55,7 +64,7 @@ def convert(
             step("resampling")
             motion = resample(motion, fps)
         step(f"writing {target}")
-        write_clip(motion, target, source, skeleton_only=skeleton_only or unit is not None, take=take)
+        write_clip(motion, target, source, skeleton_only=skeleton_only or unit is not None, take=take, preset=preset)
     joints = motion.skeleton.joint_count
     console().print(f"{target}: {motion.frames} frames, {motion.fps:g} fps, {motion.duration:.2f} s, {joints} joints")
 

@@ -10,7 +10,7 @@ import click
 from kinestitch.cli.console import progress
 from kinestitch.cli.failures import tell
 from kinestitch.cli.inputs import Library, Opened, is_document
-from kinestitch.cli.keeping import write_clip
+from kinestitch.cli.keeping import preset_option, write_clip
 from kinestitch.cli.options import BEFORE, CLIP, FILE, NOT_NEGATIVE, OVER, RANGE, OrderedCommand, in_order
 from kinestitch.cli.outputs import check_output, check_suffix
 
@@ -49,6 +49,7 @@ Step = Callable[[str], None]
 @click.option(
     "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of ORIGINAL in its format."
 )
+@preset_option
 @click.option("--report", type=FILE, metavar="FILE.json", help="Write every seam's numbers as JSON.")
 @click.option("-o", "--output", type=FILE, required=True, metavar="OUT", help="A clip, or .otio for the edit itself.")
 @click.pass_context
@@ -61,6 +62,7 @@ def stitch(
     chart: str,
     method: str,
     skeleton_only: bool,
+    preset: str | None,
     report: str | None,
     output: str,
     **_: Any,
@@ -99,7 +101,8 @@ def stitch(
         else:
             solved, numbers = _solved(opened, chart, method, step)
             step("writing")
-            _write(solved, numbers, None if is_document(output) else output, report, opened, skeleton_only)
+            how = {"skeleton_only": skeleton_only, "preset": preset}
+            _write(solved, numbers, None if is_document(output) else output, report, opened, how)
     from kinestitch.cli.seam_table import show_edit, show_seams
 
     if solved is None or numbers is None:
@@ -114,8 +117,8 @@ def _check_paths(
     check_suffix(output, documents=True)
     references = [reference[0] for reference in map(_reference, edits) if reference is not None]
     _keep_inputs([original, *references], output, report)
-    if is_document(output) and report is None:
-        for name in ("chart", "method"):
+    if is_document(output):
+        for name in ("chart", "method", "preset") if report is None else ("preset",):
             if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
                 raise click.UsageError(f"Expected no --{name} for a document, which holds the edit alone.", ctx)
 
@@ -195,7 +198,7 @@ def _solved(opened: Opened, chart: Any, method: Any, step: Step) -> tuple[Solved
 
 
 def _write(
-    solved: Solved, numbers: dict[str, Any], output: str | None, report: str | None, opened: Opened, skeleton_only: bool
+    solved: Solved, numbers: dict[str, Any], output: str | None, report: str | None, opened: Opened, how: dict[str, Any]
 ) -> None:
     """The report takes its place only after the motion has taken its own."""
     from contextlib import ExitStack
@@ -209,7 +212,7 @@ def _write(
         if output is not None:
             key = _whose_skeleton(solved, opened)
             name = opened.clips[key].name
-            write_clip(solved.motion, output, opened.sources[key], name=name, skeleton_only=skeleton_only)
+            write_clip(solved.motion, output, opened.sources[key], name=name, **how)
 
 
 def _whose_skeleton(solved: Solved, opened: Opened) -> str:
