@@ -8,9 +8,10 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import (
     Array,
     quat_conjugate,
+    quat_continuous,
+    quat_log,
     quat_mean,
     quat_multiply,
-    quat_slerp,
     quat_to_rotvec,
     rotvec_to_quat,
 )
@@ -20,11 +21,15 @@ from kinestitch.solve.seam import SeamPlace, clusters, seam_curves
 from kinestitch.solve.stitch import as_motion
 
 
-def crossfade(placed: Placed, width: int) -> Motion:
+def crossfade(placed: Placed, width: int, *, eased: bool = False) -> Motion:
     """Blend both sources over `width` frames on each side of every seam: rotations by slerp, translations linearly.
 
+    eased : weights follow s²(3 − 2s) instead of s, so that the blend starts and ends without a kink
+
     Both sources run on under each other; one that ends holds its last pose. Windows end half way to the next seam. It
-    passes through every pose in between, but it averages both motions and slides planted feet.
+    passes through every pose in between, but it averages both motions and slides planted feet. Rotations take the way
+    that is the shorter one at the seam and follow it through the window: chosen for each frame anew, the shorter way
+    changes sides where both poses come to be half a turn apart, and the limb snaps round.
 
     Raises ParameterError for width < 1.
     """
@@ -35,9 +40,14 @@ def crossfade(placed: Placed, width: int) -> Motion:
         frames = np.arange(-reach, reach)
         here = slice(seam.frame - reach, seam.frame + reach)
         share = (frames + reach + 0.5) / (2 * reach)
+        if eased:
+            share = share**2 * (3 - 2 * share)
         left = _own(placed, seam.index, placed.timeline.segments[seam.index].range.stop + frames)
         right = _own(placed, seam.index + 1, placed.timeline.segments[seam.index + 1].range.start + frames)
-        rotations[here] = quat_slerp(left[0], right[0], share[:, None])
+        relative = quat_continuous(quat_multiply(quat_conjugate(left[0]), right[0]))
+        turned = relative[reach - 1 : reach + 1, :, 3].sum(axis=0) < 0
+        way = quat_log(relative * np.where(turned, -1.0, 1.0)[:, None])
+        rotations[here] = quat_multiply(left[0], rotvec_to_quat(share[:, None, None] * way))
         translations[here] = left[1] + share[:, None, None] * (right[1] - left[1])
     return as_motion(placed, rotations, translations)
 
