@@ -46,6 +46,7 @@ DOORS = {
     "scipy": ("core", "solve", "samples"),
     "matplotlib": ("analysis/plots.py", "render"),
     "opentimelineio": ("edit/document.py",),
+    "av": ("render/encoder.py",),
     "click": ("cli",),
     "rich": ("cli",),
     "hypothesis": ("testing.py",),

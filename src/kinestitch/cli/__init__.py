@@ -17,8 +17,15 @@ VERBS = {
     "stitch": "stitch",
     "info": "info",
     "convert": "convert",
+    "retarget": "retarget",
+    "mirror": "root",
+    "in-place": "root",
+    "extract-root": "root",
+    "bake-root": "root",
+    "loop": "root",
     "plot": "pictures",
     "filmstrip": "pictures",
+    "video": "video",
     "demo": "demo",
     "completion": "completion",
 }
@@ -34,7 +41,8 @@ class Verbs(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in VERBS:
             return None
-        command: click.Command = getattr(importlib.import_module(f"{__name__}.{VERBS[cmd_name]}"), cmd_name)
+        module = importlib.import_module(f"{__name__}.{VERBS[cmd_name]}")
+        command: click.Command = getattr(module, cmd_name.replace("-", "_"))
         return command
 
     def invoke(self, ctx: click.Context) -> object:

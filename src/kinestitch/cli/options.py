@@ -81,6 +81,20 @@ class NotNegative(click.ParamType):
         return number
 
 
+class SizeType(click.ParamType):
+    """Pixels ``960x540`` as (960, 540)."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        if isinstance(value, tuple):
+            return value
+        width, _, height = value.lower().replace("×", "x").partition("x")
+        if not (width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
+            self.fail(f"Expected WIDTHxHEIGHT such as 960x540, got {value!r}.", param, ctx)
+        return int(width[:6]), int(height[:6])
+
+
 class PasteType(click.Tuple):
     """A place and the clip that goes there; the Tab key completes the clip's file name."""
 
@@ -88,5 +102,5 @@ class PasteType(click.Tuple):
         return [CompletionItem(incomplete, type="file")]
 
 
-RANGE, CLIP, NOT_NEGATIVE, FILE = RangeType(), ClipType(), NotNegative(), click.Path()
+RANGE, CLIP, NOT_NEGATIVE, SIZE, FILE = RangeType(), ClipType(), NotNegative(), SizeType(), click.Path()
 OVER, BEFORE = PasteType([RANGE, CLIP]), PasteType([click.INT, CLIP])

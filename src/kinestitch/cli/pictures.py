@@ -16,7 +16,8 @@ from kinestitch.cli.outputs import check_output, refuse_suffix
 if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
     from kinestitch.edit import Timeline
-    from kinestitch.render.filmstrip import Stretch
+    from kinestitch.render.paint import Stretch
+    from kinestitch.solve.placed import Placed
 
 PICTURES = (".png", ".svg", ".pdf")
 Step = Callable[[str], None]
@@ -27,12 +28,14 @@ class Shown:
     """What is drawn.
 
     motion : a clip, or an edit's result; before : its hard cut; seams : frames; pasted : what came from other clips
+    placed : the edit as it was solved
     """
 
     motion: Motion
     before: Motion | None = None
     seams: tuple[int, ...] = ()
     pasted: tuple[Stretch, ...] = ()
+    placed: Placed | None = None
 
 
 @click.command(no_args_is_help=True, short_help="Draw a joint's curve before and after.")
@@ -107,7 +110,7 @@ def filmstrip(*, sources: tuple[str, ...], output: str, poses: int, view: str, t
             poses=poses,
             marks=[row.seams for row in rows],
             segments=[row.pasted for row in rows],
-            view=_view(view),
+            view=view_option(view),
             travel=travel,
             title=title,
         )
@@ -128,12 +131,13 @@ def show(path: str, step: Step) -> Shown:
     step(f"solving {path}")
     solved = solve_timeline(opened.timeline, opened.clips)
     seams = tuple(seam.frame for seam in solved.seams)
-    return Shown(replace(solved.motion, name=Path(path).stem), solved.cut, seams, pasted_stretches(opened.timeline))
+    motion = replace(solved.motion, name=Path(path).stem)
+    return Shown(motion, solved.cut, seams, pasted_stretches(opened.timeline), solved.placed)
 
 
 def pasted_stretches(timeline: Timeline) -> tuple[Stretch, ...]:
     """Where a timeline shows another clip than its original, with that clip's frames as label."""
-    from kinestitch.render.filmstrip import Stretch
+    from kinestitch.render.paint import Stretch
 
     shown = [segment.clip for segment in timeline.segments]
     original = timeline.clips[0].key if timeline.clips[0].key in shown else shown[0]
@@ -186,7 +190,7 @@ def _check_marks(marks: list[int], motion: Motion) -> None:
             raise RangeError(f"Expected a seam from 1 to {motion.frames - 1}, got {frame}.")
 
 
-def _view(text: str) -> str | float:
+def view_option(text: str) -> str | float:
     """A view by name, or in degrees."""
     import math
 

@@ -47,18 +47,30 @@ def rest_pose_of(document: GltfDocument, parents: list[int], joints: list[int]) 
     bound = [place for place, joint in enumerate(joints) if joint in inverse]
     if not bound:
         return positions, rotations
-    matrices = np.array([inverse[joints[place]] for place in bound])
-    shown = np.array([_matrix(places[joints[place]]) for place in bound]) @ matrices
-    size = float(np.ptp(positions, axis=0).max()) + 1e-3
+    way = bind_way(document, parents, joints, inverse)
+    world = way @ np.linalg.inv(np.array([inverse[joints[place]] for place in bound]))
+    positions[bound] = world[:, :3, 3]
+    rotations[bound] = proper_rotations(world[:, :3, :3], rotations[bound])
+    return positions, rotations
+
+
+def bind_way(document: GltfDocument, parents: list[int], joints: list[int], inverse: dict[int, Array]) -> Array:
+    """The way (4, 4) from the space in which skins were bound to the world of the bind pose.
+
+    inverse : matrices as :func:`inverse_bind_matrices` finds them; without any the way is the identity
+    """
+    bound = [joint for joint in joints if joint in inverse]
+    if not bound:
+        return np.eye(4)
+    places = worlds(document, parents, joints, None, times=np.zeros(1), frame=1.0)
+    size = float(np.ptp(rigid_poses(places, joints, 1)[0][0], axis=0).max()) + 1e-3
+    shown = np.array([_matrix(places[joint]) @ inverse[joint] for joint in bound])
     ways = [*_mesh_places(document, parents), np.eye(4)]
     votes = [_alike(shown, way, size) for way in ways]
     if max(votes) == 0:
         ways = list(shown[:_VOTERS])
         votes = [_alike(shown, way, size) for way in ways]
-    world = ways[int(np.argmax(votes))] @ np.linalg.inv(matrices)
-    positions[bound] = world[:, :3, 3]
-    rotations[bound] = proper_rotations(world[:, :3, :3], rotations[bound])
-    return positions, rotations
+    return ways[int(np.argmax(votes))]
 
 
 def _mesh_places(document: GltfDocument, parents: list[int]) -> list[Array]:

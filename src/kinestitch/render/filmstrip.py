@@ -15,7 +15,8 @@ from kinestitch.core.atomic import replacing
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.errors import ParameterError, RangeError, UnsupportedFormatError
-from kinestitch.render.mannequin import anchor, body_height, hull, joint_positions, mannequin, outline, with_tips
+from kinestitch.render.mannequin import body_height, hull, mannequin, with_tips
+from kinestitch.render.paint import GROUND, PASTED, SEAM, SHADOW, Stretch, body_positions, painted
 from kinestitch.render.view import View, facing, view_of
 
 if TYPE_CHECKING:
@@ -25,21 +26,8 @@ if TYPE_CHECKING:
 TALLEST = 2.4
 """Inches that a body height takes at most, however few poses there are."""
 SUFFIXES = (".png", ".svg", ".pdf")
-COLOURS = {"left": "#2f6fa7", "right": "#d9822b", "torso": "#5b6168"}
 GLYPH = 0.74 / 72
 """Inches that a letter takes a point of its font size, generously."""
-PASTED = ("#8e5aa8", "#3f8f6b", "#b0446c")
-"""Blue and orange part left from right for every kind of colour vision; pasted segments take these colours in turn."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Frames [start, stop) of a row that came from elsewhere, with the words to set under them."""
-
-    start: int
-    stop: int
-    label: str = ""
-    colour: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -171,11 +159,8 @@ def _row(
     for frame in (*marks, *(s.start for s in stretches), *(s.stop for s in stretches)):
         if not 0 <= frame <= motion.frames:
             raise RangeError(f"Expected a frame in [0, {motion.frames}], got {frame}. ({label or motion.name})")
-    skeleton = with_tips(motion.skeleton)
-    hung = skeleton.chain(anchor(skeleton))
-    positions = joint_positions(motion)
-    positions[:, hung] = positions[:, hung[-1:]]  # a dummy root above the hips has no place in the picture
-    camera: View = view_of(facing(skeleton, positions), view)
+    positions = body_positions(motion)
+    camera: View = view_of(facing(with_tips(motion.skeleton), positions), view)
     ground = positions[frames].copy()
     ground[..., 1] = min(0.0, float(positions[..., 1].min()))
     height = body_height(positions)
@@ -245,7 +230,7 @@ def _draw_row(axes: Axes, row: _Row, layout: _Layout, unit: float, size: tuple[f
     axes.set_gid(f"row {row.label}")
     places = _places(row, layout)
     edge = (0.0, layout.width)
-    axes.plot(edge, (0, 0), color="#b9bec4", linewidth=0.8, zorder=0)
+    axes.plot(edge, (0, 0), color=GROUND, linewidth=0.8, zorder=0)
     _draw_marks(axes, row, places, layout, unit)
     parts = mannequin(with_tips(row.motion.skeleton))
     numbered: list[float] = []
@@ -287,7 +272,7 @@ def _draw_marks(axes: Axes, row: _Row, places: Array, layout: _Layout, unit: flo
             middle = min(max((left + right) / 2, half), layout.width - half)
             axes.text(middle, -0.24 / unit - 0.035, words, ha="center", va="top", fontsize=7.5, color=colour)
     for frame in row.marks:
-        axes.plot((at(frame),) * 2, (-0.035, top), color="#8c2d5b", linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+        axes.plot((at(frame),) * 2, (-0.035, top), color=SEAM, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
 
 
 def _draw_shadow(axes: Axes, points: Array) -> None:
@@ -295,25 +280,17 @@ def _draw_shadow(axes: Axes, points: Array) -> None:
 
     flat = hull(points)
     if len(flat) > 2 and np.ptp(flat[:, 1]) > 1e-6:
-        axes.add_patch(Polygon(flat, closed=True, facecolor="#e9ebee", edgecolor="none", zorder=-1))
+        axes.add_patch(Polygon(flat, closed=True, facecolor=SHADOW, edgecolor="none", zorder=-1))
 
 
 def _draw_pose(axes: Axes, pose: Array, parts: Sequence[Any], frame: int) -> None:
     """One figure as one collection, far parts first; the far ones are paler."""
     from matplotlib.collections import PolyCollection
-    from matplotlib.colors import to_rgb
 
-    # A neck lies behind both what it carries and what carries it, whatever the view.
-    back = [0.1 * (part.side == "torso" and len(part.joints) == 2 and part.radii[0] > 0) for part in parts]
-    depth = np.array([pose[list(part.joints), 2].mean() for part in parts]) - back
-    order = np.argsort(depth, kind="stable")
-    spread = max(float(np.abs(depth - np.median(depth)).max()), 1e-9)
-    colours = []
-    for index in order:
-        far = np.clip((np.median(depth) - depth[index]) / max(spread, 0.1), 0, 1) * (parts[index].side != "torso")
-        colours.append(np.array(to_rgb(COLOURS[parts[index].side])) * (1 - 0.35 * far) + 0.35 * far)
-    shapes = [outline(parts[index], pose, 1.0) for index in order]
-    edges = [0.5 if max(map(abs, parts[index].radii)) > 0.01 else 0.12 for index in order]  # fingers stay visible
-    figure = PolyCollection(shapes, facecolors=colours, edgecolors="white", linewidths=edges, zorder=3)
+    body = painted(parts, pose)
+    edges = np.where(body.fine, 0.12, 0.5)  # fingers stay visible
+    figure = PolyCollection(
+        list(body.shapes), facecolors=body.colours, edgecolors="white", linewidths=edges.tolist(), zorder=3
+    )
     figure.set_gid(f"pose {frame}")
     axes.add_collection(figure, autolim=False)

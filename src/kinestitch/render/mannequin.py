@@ -19,7 +19,7 @@ ARMS = ((0.027, 0.021), (0.021, 0.014), (0.015, 0.013), (0.008, 0.006))
 """Radii at both ends of each bone down a limb, as shares of the body's height."""
 _LEG = re.compile(r"(?i)leg|foot|toe|ankle|knee|thigh|calf|shin")
 _GIRDLE = re.compile(r"(?i)shoulder|clav|collar")
-_CIRCLE = np.stack([np.cos(np.arange(20) * np.pi / 10), np.sin(np.arange(20) * np.pi / 10)], axis=1)
+_CIRCLE = np.stack([np.cos(np.arange(32) * np.pi / 16), np.sin(np.arange(32) * np.pi / 16)], axis=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +67,18 @@ def anchor(skeleton: Skeleton) -> int:
     """The joint that the figure hangs on: where the legs meet, not a dummy above it; the root if there are no legs."""
     lower = _limb_tops(skeleton)[1]
     return _common(skeleton, lower) if len(lower) > 1 else 0
+
+
+def feet(skeleton: Skeleton) -> list[tuple[int, str]]:
+    """The joint of each foot that is nearest the ground, three bones down the leg at most, and its side."""
+    left = set(left_joints(skeleton))
+    found = []
+    for top in _limb_tops(skeleton)[1]:
+        joint = top
+        for _ in range(3):
+            joint = max(skeleton.children(joint), key=lambda child: _depth(skeleton, child), default=joint)
+        found.append((joint, "left" if top in left else "right"))
+    return found
 
 
 def body_height(positions: Array) -> float:
@@ -163,15 +175,36 @@ def _loose(skeleton: Skeleton, parent: int, joint: int, side: str) -> list[Part]
     return [Part((parent, joint), (radius, radius), side)]
 
 
-def outline(part: Part, points: Array, height: float) -> Array:
-    """Outline (K, 2) of a part on paper from one pose's projected joints (J, 2 or 3); `height` is the body's, in m."""
-    centres = points[list(part.joints), :2]
-    if part.radii[0] < 0:
-        radius = 0.52 * np.linalg.norm(centres[-1] - centres[0])
-        radius = np.clip(radius, 0.055 * height, 0.075 * height)
-        return centres.mean(axis=0) + radius * _CIRCLE
-    discs = centres[:, None, :] + (np.array(part.radii) * height)[:, None, None] * _CIRCLE
-    return hull(discs.reshape(-1, 2))
+def outlines(parts: tuple[Part, ...], points: Array, height: float) -> Array:
+    """Outlines (P, 32, 2), counter-clockwise, of parts on paper from one pose's projected joints (J, 2 or 3).
+
+    height : of the body, in the unit of `points`
+
+    In each of 32 directions the outline is where the disc that reaches furthest ends.
+    """
+    joints, radii, balls, ends = _discs(parts)
+    centres = points[joints, :2]
+    reach = radii * height
+    if balls.any():
+        a, b = points[ends[:, 0], :2], points[ends[:, 1], :2]
+        size = np.clip(0.52 * np.linalg.norm(b - a, axis=-1), 0.055 * height, 0.075 * height)
+        centres = np.where(balls[:, None, None], ((a + b) / 2)[:, None], centres)
+        reach = np.where(balls[:, None], size[:, None], reach)
+    furthest = np.argmax(centres @ _CIRCLE.T + reach[..., None], axis=1)  # (P, 32)
+    rows = np.arange(len(parts))[:, None]
+    return np.asarray(centres[rows, furthest] + reach[rows, furthest][..., None] * _CIRCLE)
+
+
+@lru_cache(maxsize=64)
+def _discs(parts: tuple[Part, ...]) -> tuple[np.ndarray, Array, np.ndarray, np.ndarray]:
+    """Joints and radii (P, D) of each part's discs, short lists filled up with their first; which parts are balls, and
+    the joints (P, 2) between which they lie.
+    """
+    most = max(len(part.joints) for part in parts)
+    joints = np.array([part.joints + part.joints[:1] * (most - len(part.joints)) for part in parts])
+    radii = np.array([part.radii + part.radii[:1] * (most - len(part.radii)) for part in parts])
+    ends = np.array([(part.joints[0], part.joints[-1]) for part in parts])
+    return joints, radii, radii[:, 0] < 0, ends
 
 
 def hull(points: Array) -> Array:

@@ -44,20 +44,24 @@ def facing(skeleton: Skeleton, positions: Array) -> Array:
     return np.array([mean[0] / size, 0.0, mean[1] / size]) if size > 1e-3 else np.array([0.0, 0.0, 1.0])
 
 
-def view_of(forward: Array, view: str | float) -> View:
+def view_of(forward: Array, view: str | float, elevation: float | None = None) -> View:
     """The camera of a named view, or of an azimuth in degrees, for a body that faces `forward` (3,).
+
+    elevation : degrees by which the camera looks down; without it the view's own
 
     Raises ParameterError for an unknown name.
     """
     if isinstance(view, str):
         if view not in VIEWS:
             raise ParameterError(f"Expected a view out of {', '.join(VIEWS)} or degrees, got {view!r}.")
-        azimuth, elevation = np.radians(VIEWS[view])
+        azimuth, down = np.radians(VIEWS[view])
     else:
-        azimuth, elevation = np.radians([float(view), 6.0])
+        azimuth, down = np.radians([float(view), 6.0])
+    if elevation is not None:
+        down = np.radians(elevation)
     left = np.cross([0.0, 1.0, 0.0], forward)
     right = np.cos(azimuth) * left + np.sin(azimuth) * forward
     level = np.cos(azimuth) * forward - np.sin(azimuth) * left
     upward = np.array([0.0, 1.0, 0.0])
-    toward = np.cos(elevation) * level + np.sin(elevation) * upward
-    return View(right, np.cos(elevation) * upward - np.sin(elevation) * level, toward)
+    toward = np.cos(down) * level + np.sin(down) * upward
+    return View(right, np.cos(down) * upward - np.sin(down) * level, toward)
