@@ -14,6 +14,7 @@ from kinestitch.cli.console import console, progress
 from kinestitch.cli.failures import WRONG, explain, tell
 from kinestitch.cli.inputs import read_clip
 from kinestitch.cli.options import FILE
+from kinestitch.cli.recordings import RecordingFacts, is_recording, recording_facts, show_recording
 
 if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
@@ -52,7 +53,7 @@ class ClipFacts:
 def info(ctx: click.Context, files: tuple[str, ...], as_json: bool, joints: bool) -> None:
     """Tell what is in clips: joints, frame rate, length, travel, hip height, takes, oddities.
 
-    One file gets a block, several a table. Lengths are in metres and seconds.
+    One file gets a block, several a table; recordings (.c3d) get a block each. Lengths are in metres and seconds.
 
     \b
     Examples:
@@ -63,10 +64,14 @@ def info(ctx: click.Context, files: tuple[str, ...], as_json: bool, joints: bool
     """
     facts: list[ClipFacts] = []
     trees: list[Skeleton] = []
+    recorded: list[RecordingFacts] = []
     with progress(len(files)) as step:
         for path in files:
             step(f"reading {path}")
             try:
+                if is_recording(path):
+                    recorded.append(recording_facts(path))
+                    continue
                 told, motion = clip_facts(path)
             except Exception as error:
                 if len(files) == 1:
@@ -76,10 +81,13 @@ def info(ctx: click.Context, files: tuple[str, ...], as_json: bool, joints: bool
             facts.append(told)
             trees.append(motion.skeleton)
     if as_json:
-        click.echo(json.dumps([asdict(told) for told in facts], indent=2))
+        everything = [asdict(told) for told in facts] + [asdict(told_of) for told_of in recorded]
+        click.echo(json.dumps(everything, indent=2))
     else:
         _show(facts, trees if joints else [])
-    if len(facts) < len(files):
+        for told_of in recorded:
+            show_recording(told_of)
+    if len(facts) + len(recorded) < len(files):
         ctx.exit(WRONG)
 
 
