@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from kinestitch.edit.operations import append, delete, insert, replace
     from kinestitch.edit.timeline import Seam, Timeline, timeline
     from kinestitch.files import read, write
+    from kinestitch.rig.retarget import retarget
     from kinestitch.samples import sample
     from kinestitch.solve.stitch import solve_timeline, stitch
 
@@ -38,6 +39,7 @@ __all__ = [
     "read",
     "replace",
     "report",
+    "retarget",
     "sample",
     "solve_timeline",
     "stitch",
@@ -56,6 +58,7 @@ _ROOMS = {
     "read": "files",
     "replace": "edit.operations",
     "report": "analysis.quality",
+    "retarget": "rig.retarget",
     "sample": "samples",
     "solve_timeline": "solve.stitch",
     "stitch": "solve.stitch",

@@ -94,7 +94,7 @@ def retargeted(
         mapping = find_mapping(own, skeleton)
         if not mapping.certain:
             raise SkeletonMismatchError(
-                f"Expected two rigs whose main joints are known by name, got no {unmatched(mapping)}. "
+                f"Expected rigs whose main joints are known by name, got names that do not tell {unmatched(mapping)}. "
                 "Save a mapping, edit it, and pass it."
             )
     check_mapping(mapping, own, skeleton)
