@@ -60,4 +60,4 @@ def load(folder: Path | None, name: str) -> DataSet:
         clips = read_folder(place)
         if clips:
             return DataSet(name, clips, real=True)
-    return DataSet(name, {key: sample(key) for key in SAMPLE_NAMES}, real=False)
+    return DataSet("samples", {key: sample(key) for key in SAMPLE_NAMES}, real=False)
