@@ -9,6 +9,7 @@ Run as ``python -m kinestitch.experiments.trade_off FOLDER -o PICTURE``, FOLDER 
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import FrameRange, Seam, Timeline
 from kinestitch.experiments.seams import random_cut, read_clips
+from kinestitch.render.curves import Line, Panel, plot_panels
 from kinestitch.solve.placed import Placed, place_timeline
 from kinestitch.solve.rivals import crossfade, dead_blend, hermite, inertialize
 from kinestitch.solve.stitch import stitch
@@ -182,3 +184,66 @@ def measure(cut: Timeline, clips: Mapping[str, Motion], ways: Sequence[Way] = WA
             values[:, column] = added.peak, mean, largest, added.kept, added.survived
         found[way.name] = values
     return found
+
+
+def advantage(
+    trade: TradeOff, rival: str, *, of: str = "laplacian", measure: str = "added", percent: float = 50.0
+) -> Array:
+    """How many times as much a rival has of a measure as `of` at the same median mean deviation: (P,), one for each
+    setting of the rival; NaN where `of` does not come to that deviation.
+
+    Above 1 where less is better (``added``, ``deviation_max``) `of` wins, below 1 the rival does.
+    """
+    ours, theirs = trade.curve(of), trade.curve(rival)
+    value = theirs.percentile(measure, percent)
+    same = [ours.at(measure, "deviation", x, percent) for x in theirs.percentile("deviation")]
+    return value / np.array(same)
+
+
+def plot_trade_off(trade: TradeOff, path: str | os.PathLike[str]) -> None:
+    """Draw acceleration added, and dynamics that survive, against mean deviation; medians, 95th percentile dotted."""
+    deviations = {curve.name: curve.percentile("deviation") for curve in trade.curves}
+    added, survived = (
+        tuple(
+            Line(c.name, deviations[c.name], c.percentile(name), None if high is None else c.percentile(name, high))
+            for c in trade.curves
+        )
+        for name, high in (("added", 95.0), ("survived", 5.0))
+    )
+    x = MEASURES["deviation"]
+    panels = [
+        Panel(added, x, "added acceleration / sources' 95th percentile", y_log=True),
+        Panel(survived, x, "share of the sources' dynamics that survives"),
+    ]
+    title = f"{trade.seams} random seams, {trade.name}: median, and the worse 5 % dotted"
+    plot_panels(panels, path, title=title)
+
+
+def as_markdown(trade: TradeOff) -> str:
+    """Every method's medians (95th percentiles) at every setting, and how much it adds at the deviation of ours."""
+    names = list(MEASURES)
+    out = [f"| method | setting (s) | {' | '.join(names)} | added over ours at this deviation |", "|---" * 8 + "|"]
+    for curve in trade.curves:
+        versus = advantage(trade, curve.name)
+        for column, setting in enumerate(curve.settings):
+            cells = [f"{curve.percentile(n)[column]:.3g} ({curve.percentile(n, 95)[column]:.3g})" for n in names]
+            times = "" if np.isnan(versus[column]) else f"{versus[column]:.2f}"
+            out.append(f"| {curve.name} | {curve.setting} {setting:.3g} | {' | '.join(cells)} | {times} |")
+    return "\n".join(out) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure one folder of clips, draw the curves and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--seams", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    chosen = parser.parse_args(arguments)
+    trade = trade_off(read_clips(chosen.folder), chosen.folder.name, seams=chosen.seams, seed=chosen.seed)
+    plot_trade_off(trade, chosen.output)
+    print(as_markdown(trade), end="")
+
+
+if __name__ == "__main__":
+    main()
