@@ -6,6 +6,7 @@ import math
 import os
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,13 @@ import numpy as np
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import EULER_ORDERS, Array
 from kinestitch.core.skeleton import Skeleton
-from kinestitch.errors import FormatError, KinestitchWarning, ParameterError
+from kinestitch.errors import FormatError, KinestitchWarning, ParameterError, SkeletonMismatchError
 from kinestitch.files.atomic import replacing
 from kinestitch.files.bvh_frames import columns_of, read_frames
 from kinestitch.files.bvh_hierarchy import Node, parse_hierarchy
+from kinestitch.files.bvh_keeping import channels_for
 from kinestitch.files.bvh_writing import hierarchy_text, in_world_axes, length_decimals, nodes_of, row_texts
+from kinestitch.files.likeness import told_on
 from kinestitch.files.naming import naming, unique_names
 from kinestitch.files.rates import snap_rate
 
@@ -66,22 +69,42 @@ def read_bvh(path: str | os.PathLike[str], *, unit: str | float = "auto") -> Mot
         return Motion(skeleton, translations, rotations, snap_rate(1.0 / frame_time), Path(path).stem)
 
 
-def write_bvh(motion: Motion, path: str | os.PathLike[str], *, unit: str | float = "auto", order: str = "ZXY") -> None:
+def write_bvh(
+    motion: Motion,
+    path: str | os.PathLike[str],
+    *,
+    unit: str | float = "auto",
+    order: str = "ZXY",
+    like: str | os.PathLike[str] | None = None,
+) -> None:
     """Write a motion as BVH, so that :func:`read_bvh` gives it back to 1e-5° and 1e-6 m.
 
     unit : as in :func:`read_bvh`; ``"auto"`` writes centimetres, or metres for bodies so small that reading would take
         centimetres for something else
     order : sequence of the rotation channels
+    like : a BVH file, read in `unit`, whose joints, their order, offsets, unit and channels the new one shall have;
+        joints get more channels where those cannot tell the motion. The layout of its text is not kept.
 
     BVH knows no rest rotations: a motion that has some is told in joint axes that are parallel to the world's in the
     rest pose. Joints move as before; only their own frames turn by a constant. Joints other than the root get position
     channels where their translation is not the rest offset. White space and braces in names become ``_``. Joints are
     written, and so read back, depth first.
 
-    Raises OutputError where the file cannot be written, ParameterError for an unknown unit or order.
+    Raises OutputError where the file cannot be written, ParameterError for an unknown unit or order; with `like`
+    SkeletonMismatchError, FormatError.
     """
     if order not in EULER_ORDERS:
         raise ParameterError(f"Expected an Euler order out of {', '.join(EULER_ORDERS)}, got {order!r}.")
+    told, nodes, metres = _told(motion, unit, order) if like is None else _told_like(motion, Path(like), unit)
+    with replacing(path) as stream:
+        stream.write(hierarchy_text(nodes, length_decimals(metres)).encode("utf-8", errors="replace"))
+        stream.write(f"MOTION\nFrames: {told.frames}\nFrame Time: {1.0 / told.fps:.15g}\n".encode("ascii"))
+        for text in row_texts(told, nodes, metres):
+            stream.write(text.encode("ascii"))
+
+
+def _told(motion: Motion, unit: str | float, order: str) -> tuple[Motion, list[Node], float]:
+    """The motion as BVH can tell it, its joints in the file's unit, and that unit's metres."""
     told = in_world_axes(motion)
     metres = _metres(unit)
     nodes = nodes_of(told, metres or UNITS["cm"], order)
@@ -90,11 +113,23 @@ def write_bvh(motion: Motion, path: str | os.PathLike[str], *, unit: str | float
         if unit_of(nodes) != "cm":
             metres = UNITS["m"]
             nodes = nodes_of(told, metres, order)
-    with replacing(path) as stream:
-        stream.write(hierarchy_text(nodes, length_decimals(metres)).encode("utf-8", errors="replace"))
-        stream.write(f"MOTION\nFrames: {told.frames}\nFrame Time: {1.0 / told.fps:.15g}\n".encode("ascii"))
-        for text in row_texts(told, nodes, metres, order):
-            stream.write(text.encode("ascii"))
+    return told, nodes, metres
+
+
+def _told_like(motion: Motion, like: Path, unit: str | float) -> tuple[Motion, list[Node], float]:
+    """The same, on the joints of another file."""
+    data = like.read_bytes()
+    with naming(like):
+        nodes = parse_hierarchy(_hierarchy_text(data if b"\n" in data else data.replace(b"\r", b"\n"))[0])
+        metres = _scale(nodes, unit)
+        with warnings.catch_warnings(action="ignore", category=KinestitchWarning):  # whoever read it has been told
+            skeleton = _skeleton(nodes, metres)
+    try:
+        told = told_on(motion, skeleton)
+    except SkeletonMismatchError as error:
+        raise SkeletonMismatchError(f"{error} ({like})") from None
+    nodes = [replace(node, name=name) for node, name in zip(nodes, skeleton.names, strict=True)]
+    return told, channels_for(told, nodes), metres
 
 
 def _hierarchy_text(data: bytes) -> tuple[str, int]:

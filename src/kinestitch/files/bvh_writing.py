@@ -108,25 +108,40 @@ def written_order(nodes: list[Node]) -> list[int]:
     return result
 
 
-def row_texts(motion: Motion, nodes: list[Node], metres: float, order: str) -> Iterator[str]:
+def turn_order(node: Node) -> str:
+    """The Euler order in which a joint's rotations are told: its channels' axes, then those it has no channels for."""
+    own = "".join(dict.fromkeys(channel[0] for channel in node.channels if channel.endswith("rotation")))
+    return own + "".join(axis for axis in "ZXY" if axis not in own)
+
+
+def row_texts(motion: Motion, nodes: list[Node], metres: float) -> Iterator[str]:
     """The rows of channel values, some hundred frames at a time; angles run on beyond ±180° rather than jump."""
     decimals = length_decimals(metres)
-    joints = written_order(nodes)
-    moving = np.array([len(nodes[joint].channels) > 3 for joint in joints])
-    is_angle = np.concatenate([[False] * 3 * bool(m) + [True] * 3 for m in moving])
+    columns = [(joint, channel) for joint in written_order(nodes) for channel in nodes[joint].channels]
+    is_angle = np.array([channel.endswith("rotation") for _, channel in columns])
     row = " ".join(f"%.{ANGLE_DECIMALS if angle else decimals}f" for angle in is_angle) + "\n"
-    places = np.array(joints)[moving]
+    places = [(joint, "XYZ".index(channel[0])) for joint, channel in columns if channel.endswith("position")]
+    moved, along = np.array(places, dtype=np.intp).reshape(-1, 2).T
+    orders: dict[str, list[int]] = {}
+    for joint in dict.fromkeys(joint for (joint, _), angle in zip(columns, is_angle, strict=True) if angle):
+        orders.setdefault(turn_order(nodes[joint]), []).append(joint)
+    slots = {joint: 3 * k for k, joint in enumerate(joint for group in orders.values() for joint in group)}
+    pick = [
+        slots[joint] + turn_order(nodes[joint]).index(channel[0])
+        for joint, channel in columns
+        if channel.endswith("rotation")
+    ]
     previous: Array | None = None
     for start in range(0, motion.frames, _FRAMES_AT_A_TIME):
         frames = slice(start, start + _FRAMES_AT_A_TIME)
-        angles = quat_to_euler(motion.rotations[frames][:, joints], order)
+        turned = [quat_to_euler(motion.rotations[frames][:, group], order) for order, group in orders.items()]
+        angles = np.concatenate(turned, axis=1) if turned else np.zeros((len(motion.rotations[frames]), 0, 3))
         if previous is not None:
             angles = np.concatenate([previous, angles])
         angles = np.unwrap(angles, axis=0)[0 if previous is None else 1 :]
         previous = angles[-1:]
         values = np.empty((len(angles), len(is_angle)))
-        values[:, is_angle] = np.round(np.degrees(angles), ANGLE_DECIMALS).reshape(len(angles), -1)
-        lengths = np.round(motion.translations[frames][:, places] / metres, decimals)
-        values[:, ~is_angle] = lengths.reshape(len(angles), -1)
+        values[:, is_angle] = np.round(np.degrees(angles), ANGLE_DECIMALS).reshape(len(angles), -1)[:, pick]
+        values[:, ~is_angle] = np.round(motion.translations[frames][:, moved, along] / metres, decimals)
         values += 0.0  # no "-0.000000"
         yield row * len(values) % tuple(values.ravel().tolist())

@@ -13,6 +13,7 @@ translation, rotation and scale, since a matrix cannot be animated.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,7 +22,7 @@ import numpy as np
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_continuous
-from kinestitch.errors import SkeletonMismatchError
+from kinestitch.errors import KinestitchWarning, SkeletonMismatchError
 from kinestitch.files.gltf_animation import MARK, PATHS, animation_name
 from kinestitch.files.gltf_document import WIDTHS, GltfDocument, Json, child, load_document, objects, text, whole
 from kinestitch.files.gltf_enclosing import with_bytes
@@ -45,7 +46,8 @@ def kept_file(motion: Motion, path: Path, like: Path, take: str | None) -> Itera
     with naming(like), np.errstate(all="ignore"):
         document = load_document(like)
         names = [animation_name(entry, index) for index, entry in enumerate(document.objects("animations"))]
-        figure = open_figure(document, take or (motion.name if motion.name in names else None))
+        with warnings.catch_warnings(action="ignore", category=KinestitchWarning):  # whoever read it has been told
+            figure = open_figure(document, take or (motion.name if motion.name in names else None))
         try:
             told = told_on(motion, figure.skeleton)
         except SkeletonMismatchError as error:
