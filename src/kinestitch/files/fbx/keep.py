@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from kinestitch.core.motion import Motion
-from kinestitch.errors import FormatError, ParameterError, SkeletonMismatchError
+from kinestitch.errors import FormatError, KinestitchWarning, ParameterError, SkeletonMismatchError
 from kinestitch.files.fbx.animation import read_takes
 from kinestitch.files.fbx.binary import is_binary, parse_binary
 from kinestitch.files.fbx.bones import choose_joints
@@ -54,7 +55,17 @@ def retold(document: Document, motion: Motion, wanted: str | None = None) -> Doc
     sheet = sheet_of(graft, take, takes, title)
     tell(graft, sheet, take, said, ticks)
     stretch(graft, sheet, take, ticks, motion.fps, title)
-    return graft.document()
+    made = graft.document()
+    if take is not None and sum(other.key_count() > 0 for other in takes) > 1:
+        _warn_of_takes(made, take.name)
+    return made
+
+
+def _warn_of_takes(document: Document, written: str) -> None:
+    chosen = choose_take(read_takes(Scene(document)))
+    if chosen is not None and chosen.name != written:
+        message = f"The motion is take {written!r}; reading takes {chosen.name!r}, which has more keys, unless asked."
+        warnings.warn(KinestitchWarning(message), stacklevel=5)
 
 
 def _keepable(like: Path) -> Document:
