@@ -88,7 +88,7 @@ def test_the_advantage_is_told_at_the_same_deviation():
         "", 1, 30.0, (made_up("laplacian", [1, 4], [1, 0.25]), made_up("crossfade", [0.5, 2, 4], [9, 1, 0.125]))
     )
     np.testing.assert_allclose(t.advantage(trade, "crossfade"), [np.nan, 2.0, 0.5])
-    assert "| crossfade | width 2 | 1 (1) | 2 (2) |" in t.as_markdown(trade)
+    assert "| crossfade | width 2 | 1 (1) | 1 (1) | 2 (2) |" in t.as_markdown(trade)
     assert t.as_markdown(trade).count("\n") == 2 + 5
 
 

@@ -3,6 +3,10 @@
 A method is better where it adds less acceleration for the same deviation and keeps the sources' dynamics. One setting
 of each says little, since every method can be made smooth by making it wide; so each runs over its whole range.
 
+What is added is counted against the source whose frame it is. A blend that lets the other source's movements in early
+adds them, even where they are no stronger than what that source does by itself; ``strongest`` looks at the result
+alone, and falls below the sources' own where a blend averages them away.
+
 Run as ``python -m kinestitch.experiments.trade_off FOLDER -o PICTURE``, FOLDER being one data set.
 """
 
@@ -40,6 +44,7 @@ SECONDS = (0.03, 0.06, 0.1, 0.16, 0.25, 0.4, 0.6, 1.0)
 MEASURES: Mapping[str, str] = MappingProxyType(
     {
         "added": "added acceleration over the sources' own 95th percentile",
+        "strongest": "largest acceleration over the sources' own 95th percentile",
         "deviation": "mean deviation within a second of the seam (°)",
         "deviation_max": "largest deviation (°)",
         "kept": "dynamics kept (size of the angular acceleration over the sources')",
@@ -181,7 +186,7 @@ def measure(cut: Timeline, clips: Mapping[str, Motion], ways: Sequence[Way] = WA
             motion = way.join(placed, setting)
             added = added_acceleration(motion, placed, seam, reach, own=own)
             mean, largest = np.degrees(deviation(motion, hard, seam.frame, reach))
-            values[:, column] = added.peak, mean, largest, added.kept, added.survived
+            values[:, column] = added.peak, added.total, mean, largest, added.kept, added.survived
         found[way.name] = values
     return found
 
@@ -222,7 +227,10 @@ def plot_trade_off(trade: TradeOff, path: str | os.PathLike[str]) -> None:
 def as_markdown(trade: TradeOff) -> str:
     """Every method's medians (95th percentiles) at every setting, and how much it adds at the deviation of ours."""
     names = list(MEASURES)
-    out = [f"| method | setting (s) | {' | '.join(names)} | added over ours at this deviation |", "|---" * 8 + "|"]
+    out = [
+        f"| method | setting (s) | {' | '.join(names)} | added over ours at this deviation |",
+        "|---" * (len(names) + 3) + "|",
+    ]
     for curve in trade.curves:
         versus = advantage(trade, curve.name)
         for column, setting in enumerate(curve.settings):
