@@ -15,7 +15,7 @@ from kinestitch.core.kinematics import rest_pose, world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_distance
 from kinestitch.errors import MissingExtraError, SkeletonMismatchError
-from kinestitch.files import FORMATS, format_of, read, write
+from kinestitch.files import FORMATS, format_of, has_character, read, write
 from kinestitch.files.likeness import told_on
 from kinestitch.samples import sample
 from kinestitch.testing import random_motion
@@ -156,6 +156,18 @@ def test_what_is_read_is_what_was_written(start, motions):
     for name, motion in motions(start).items():
         if name in clips():
             assert_same(motion, clips()[name])
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_what_we_write_has_no_mesh(suffix, tmp_path):
+    for path in sources(suffix, tmp_path / "in").values():
+        assert not has_character(path)
+
+
+def test_a_mesh_in_usd(tmp_path):
+    pytest.importorskip("pxr", reason="needs usd-core")
+    (tmp_path / "a.usda").write_text('#usda 1.0\ndef Xform "root"\n{\n  def Mesh "skin"\n  {\n  }\n}\n')
+    assert has_character(tmp_path / "a.usda")
 
 
 @pytest.mark.parametrize("stop", WRITERS)

@@ -42,7 +42,7 @@ def write_clip(
     """
     from kinestitch.files import can_keep, format_of, has_character, write
 
-    why = f"{format_of(target).name} files are written without"
+    why = f"the output is {format_of(target).name}. Choose an output of the input's format to keep it."
     if preset is not None:
         why = "a preset sets axes and units, which a mesh has of its own."
     elif not skeleton_only and format_of(source) is format_of(target) and can_keep(target):

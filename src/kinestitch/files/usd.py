@@ -70,6 +70,12 @@ def list_takes(path: str | os.PathLike[str]) -> tuple[str, ...]:
         return tuple(take.name for take in choose_rig(stage, None)[0].takes)
 
 
+def has_character_usd(path: str | os.PathLike[str]) -> bool:
+    """Whether the file holds a mesh. Raises FormatError, MissingExtraError."""
+    with _opened(Path(path)) as stage:
+        return any(prim.GetTypeName() == "Mesh" for prim in stage.Traverse())
+
+
 def write_usd(motion: Motion, path: str | os.PathLike[str], *, unit: str = "m") -> None:
     """Write a skeleton and its animation: a SkelRoot with a Skeleton and a SkelAnimation, Y up.
 
