@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +25,10 @@ def keep_character(path: Path) -> Any:
     """What `like=` does with a damaged file: its motion written into it again."""
     from kinestitch.files import read, write
 
-    out = path.with_name(f"kept{path.suffix}")
-    write(read(path), out, like=path)
-    read_motion(out)
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / path.name
+        write(read(path), out, like=path)
+        read_motion(out)
 
 
 @dataclass(frozen=True)
