@@ -105,14 +105,18 @@ def _spread(
 
 
 def _same_names(source: Skeleton, target: Skeleton, ours: Roles, theirs: Roles) -> list[Pair]:
-    """Joints that play no role on either rig and share a name: eyes, props, tails."""
-    taken, played = set(ours.joints.values()), set(theirs.joints.values())
+    """Joints that play no role and share a name: eyes, props, tails.
+
+    Within one family a name means the same whether or not it is known what its joint plays.
+    """
+    taken = set() if ours.family == theirs.family else set(ours.joints.values())
     above = set(source.chain(ours.joints["hips"])), set(target.chain(theirs.joints["hips"]))
     named = {
         bare_name(name).lower(): name
         for joint, name in enumerate(source.names)
         if joint not in taken and joint not in above[0]
     }
+    played = set(theirs.joints.values())
     return [
         Pair(name, named[bare_name(name).lower()])
         for joint, name in enumerate(target.names)
