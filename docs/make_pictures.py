@@ -13,7 +13,10 @@ from kinestitch.analysis.plots import plot_joint, save_figure
 from kinestitch.cli.demo import CUT, PASTED
 from kinestitch.edit.timeline import Timeline
 from kinestitch.render.filmstrip import filmstrip
+from kinestitch.render.paint import Stretch
+from kinestitch.render.video import film, pictures
 from kinestitch.samples import SAMPLE_NAMES
+from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
 
 SPANS = (81.0, 1296.0, 10_000.0)
@@ -54,6 +57,25 @@ def all_samples(folder: Path) -> None:
     filmstrip([ks.sample(name) for name in SAMPLE_NAMES], folder / "samples.png", labels=list(SAMPLE_NAMES))
 
 
+def moving(folder: Path) -> None:
+    """One picture of the demo's video, just after the first seam."""
+    from matplotlib.image import imsave
+
+    line, clips = pasted_kick()
+    solved = ks.solve_timeline(line, clips)
+    first, second = line.starts[1:3]
+    made = film(
+        [solved.cut, crossfade(solved.placed, 12), solved.motion],
+        labels=["hard cut", "crossfade 0.4 s", "walk_kick"],
+        seams=[first, second],
+        segments=[[Stretch(first, second, f"kick {PASTED[0]}–{PASTED[1] - 1}")]] * 3,
+    )
+    for frame, picture in enumerate(pictures(made)):
+        if frame == first + 4:
+            imsave(folder / "video.png", picture)
+            return
+
+
 def curves(folder: Path) -> None:
     """How a gap of 1 at a seam is shared out in time, for three λ."""
     figure = Figure(figsize=(8.0, 3.2), layout="constrained")
@@ -75,7 +97,7 @@ def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, curves):
+    for draw in (hero, joint_curve, all_samples, moving, curves):
         draw(folder)
 
 
