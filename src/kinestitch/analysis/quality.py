@@ -17,7 +17,16 @@ import numpy as np
 from kinestitch.core.components import join, split
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import Array, quat_conjugate, quat_distance, quat_multiply, quat_to_rotvec
+from kinestitch.core.rotation import (
+    Array,
+    quat_conjugate,
+    quat_continuous,
+    quat_distance,
+    quat_log,
+    quat_mean,
+    quat_multiply,
+    quat_to_rotvec,
+)
 from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import centred_chart, chart_vectors, corrected
 from kinestitch.solve.placed import Placed, straddling, target_window
@@ -101,8 +110,9 @@ def dynamics_kept(motion: Motion, placed: Placed, seam: SeamPlace) -> float:
     """``‖L R‖ / ‖δ_tar‖`` within the visible reach of a seam, joints other than the hips: 1 where the sources'
     dynamics survive.
 
-    R are the motion's vectors in the chart centred on the seam, δ_tar the second differences of both sources, each
-    among its own neighbours, in the same chart. 1.0 where the sources do not move at all.
+    R are the motion's vectors in the chart centred on the seam, followed through it on one branch, whichever method
+    made it; δ_tar the second differences of both sources, each among its own neighbours, on the same branch. 1.0 where
+    the sources do not move at all.
     """
     reach = visible_reach(seam.stiffness)
     start, stop = max(1, seam.frame - reach), min(placed.frames - 1, seam.frame + reach)
@@ -112,13 +122,15 @@ def dynamics_kept(motion: Motion, placed: Placed, seam: SeamPlace) -> float:
     if not joints:
         return 1.0
     own = own_triples(placed, start, stop)[:, :, joints]
-    poses = straddling(placed, seam).rotations[None][:, :, joints]
+    base = quat_mean(straddling(placed, seam).rotations[:, joints])
     result = motion.rotations[start - 1 : stop + 1, joints]
-    charted = centred_chart(result, poses, [seam.frame - start + 1])
-    base = split(charted.base)[:, None]
-    vectors = join(chart_vectors(base, split(result), charted.sign)[0])
+    path = quat_continuous(quat_multiply(quat_conjugate(base), result))
+    at_seam = path[seam.frame - start : seam.frame - start + 2, :, 3].sum(axis=0)
+    path *= np.where(at_seam < 0, -1.0, 1.0)[:, None]
+    vectors = quat_log(path)
     kept = vectors[:-2] - 2 * vectors[1:-1] + vectors[2:]
-    sign = np.ones(result.shape[:2]) if charted.sign is None else charted.sign
+    sign = _signs(path, quat_multiply(quat_conjugate(base), result))
+    base = split(base)[:, None]
     sheet = sign[1:-1] * _signs(result[1:-1], own[1])
     flips = np.stack([sheet * _signs(own[1], own[0]), sheet, sheet * _signs(own[1], own[2])])
     triples = join(chart_vectors(base[:, None], split(own), flips)[0])
