@@ -34,16 +34,13 @@ class Maker:
 
     def animate(self, *channels, name=None):
         """Channels are (node, path, times, values, interpolation or None)."""
-        entry = {"samplers": [], "channels": []}
+        entry = {"samplers": [], "channels": []} | ({"name": name} if name else {})
         for node, path, times, values, interpolation in channels:
             kind = {"rotation": "VEC4", "weights": "SCALAR"}.get(path, "VEC3")
-            sampler = {"input": self.add(times, "SCALAR"), "output": self.add(values, kind)}
-            if interpolation:
-                sampler["interpolation"] = interpolation
+            sampler = {"interpolation": interpolation} if interpolation else {}
+            sampler |= {"input": self.add(times, "SCALAR"), "output": self.add(values, kind)}
             entry["channels"].append({"sampler": len(entry["samplers"]), "target": {"node": node, "path": path}})
             entry["samplers"].append(sampler)
-        if name:
-            entry["name"] = name
         self.json.setdefault("animations", []).append(entry)
         return self
 
@@ -79,9 +76,8 @@ def matrix(node):
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     m = np.eye(4)
-    m[:3, :3] = quat_to_matrix(np.array(node.get("rotation", UP), dtype=float)) * np.array(
-        node.get("scale", [1.0, 1, 1])
-    )
+    turn, scale = (np.array(node.get(key, usual)) for key, usual in (("rotation", UP), ("scale", [1.0, 1, 1])))
+    m[:3, :3] = quat_to_matrix(turn) * scale
     m[:3, 3] = node.get("translation", [0, 0, 0])
     return m
 
@@ -233,12 +229,8 @@ def test_animated_parent_and_animated_scale(load):
 
 
 def test_several_roots_share_an_ancestor(load):
-    nodes = [
-        {"name": "top", "children": [1]},
-        {"name": "body", "children": [2, 3], "translation": [0, 1, 0]},
-        {"name": "left", "translation": [1, 0, 0]},
-        {"name": "right", "translation": [-1, 0, 0]},
-    ]
+    nodes = [{"name": "top", "children": [1]}, {"name": "body", "children": [2, 3], "translation": [0, 1, 0]}]
+    nodes += [{"name": name, "translation": [x, 0, 0]} for name, x in (("left", 1), ("right", -1))]
     motion = load(Maker(nodes).skin([2, 3]).animate((2, "rotation", TIMES, TURNS, None)))
     assert motion.skeleton.names == ("body", "left", "right")
     assert motion.skeleton.parents == (-1, 0, 0)
@@ -381,12 +373,9 @@ def test_text_files_with_base64_and_with_a_buffer_beside(tmp_path):
         document = {**maker.json, "buffers": [{"uri": uri, "byteLength": len(maker.data)}]}
         (tmp_path / "a.gltf").write_text("\ufeff" + json.dumps(document), encoding="utf-8")
         assert quat_distance(read_gltf(tmp_path / "a.gltf").rotations[:, 1], TURNS).max() < 1e-7
-    for uri, message in (
-        ("gone.bin", "'gone.bin' beside this one"),
-        ("https://example.org/a.bin", "a file beside this one"),
-        ("/etc/passwd", "a file beside this one"),
-        ("data:;base64,%%", "base64"),
-    ):
+    strange = dict.fromkeys(("https://example.org/a.bin", "/etc/passwd"), "a file beside this one")
+    strange |= {"gone.bin": "'gone.bin' beside this one", "data:;base64,%%": "base64"}
+    for uri, message in strange.items():
         document = {**maker.json, "buffers": [{"uri": uri, "byteLength": 8}]}
         (tmp_path / "a.gltf").write_text(json.dumps(document))
         with pytest.raises(FormatError, match=message):
@@ -406,7 +395,6 @@ def test_scales_upon_scales_are_refused(load):
 
 def test_order_of_products():
     """The plain evaluation of this file turns as the core does."""
-    assert np.allclose(
-        matrix({"rotation": quat_multiply(TURNS[1], about(2, 5)).tolist()}),
-        matrix({"rotation": TURNS[1].tolist()}) @ matrix({"rotation": about(2, 5).tolist()}),
-    )
+    a, b = TURNS[1], about(2, 5)
+    apart = matrix({"rotation": quat_multiply(a, b)}) - matrix({"rotation": a}) @ matrix({"rotation": b})
+    assert np.abs(apart).max() < 1e-12
