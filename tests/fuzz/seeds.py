@@ -16,11 +16,15 @@ from kinestitch.testing import random_motion
 
 
 def motions() -> Iterator[Motion]:
-    """A random one, a still one, and a few frames of a sample."""
+    """A random one, a still one, and the trunk of a sample."""
     yield random_motion(1, joints=5, frames=6, bend=2.0)
     yield random_motion(2, joints=2, frames=1)
     walk = sample("walk", fps=30)
-    yield replace(walk, translations=walk.translations[:4], rotations=walk.rotations[:4])
+    rig = walk.skeleton
+    trunk = replace(
+        rig, names=rig.names[:8], parents=rig.parents[:8], offsets=rig.offsets[:8], rest=rig.rest[:8], tips=None
+    )
+    yield Motion(trunk, walk.translations[:4, :8], walk.rotations[:4, :8], walk.fps, "walk")
 
 
 def written(suffix: str) -> Iterator[tuple[str, bytes]]:
