@@ -44,8 +44,8 @@ def sheet_of(graft: Graft, take: Take | None, places: tuple[Take, ...], title: s
         if next(iter(take.layers[0].properties.get("Mute", ())), 0) if take.layers else 0:
             raise FormatError(f"Expected a base layer that is heard, got a muted one in take {take.name!r}. Unmute it.")
         stack = stacks[next(i for i, place in enumerate(places) if place is take)]
-        links = [link.child for link in scene.children.get(stack, []) if link.child in scene.objects]
-        layers = [key for key in links if scene.objects[key].name == "AnimationLayer"]
+        links = scene.children.get(stack, [])
+        layers = [link.child for link in links if _is_a(graft, link.child, "AnimationLayer")]
     if not layers:
         layers = [graft.parts.add("AnimationLayer", "BaseLayer", "", [])]
         graft.parts.link(layers[0], stack)
@@ -79,9 +79,7 @@ def _track(graft: Graft, sheet: Sheet, target: tuple[Key, str], ticks: Ticks, va
         (layer, link.child)
         for layer in sheet.layers
         for link in graft.scene.children.get(layer, [])
-        if target in graft.scene.driven.get(link.child, [])
-        and link.child in graft.scene.objects
-        and graft.scene.objects[link.child].name in _GROUPS
+        if target in graft.scene.driven.get(link.child, []) and _is_a(graft, link.child, "AnimationCurveNode")
     ]
     own = next((there for layer, there in groups if layer == sheet.layers[0] and _alone(graft, there)), None)
     for layer, there in groups:
@@ -104,7 +102,8 @@ def _track(graft: Graft, sheet: Sheet, target: tuple[Key, str], ticks: Ticks, va
         _keys(graft, group, f"d|{axis}", ticks[:count], path[:count])
 
 
-_GROUPS = {"AnimationCurveNode"}
+def _is_a(graft: Graft, key: Key, kind: str) -> bool:
+    return key in graft.scene.objects and graft.scene.objects[key].name == kind
 
 
 def _alone(graft: Graft, group: Key) -> bool:
@@ -118,7 +117,7 @@ def _release(graft: Graft, layer: Key, group: Key, target: tuple[Key, str]) -> N
     if _alone(graft, group):
         graft.dropped.add(group)
         for link in graft.scene.children.get(group, []):
-            if len(graft.above[link.child]) == 1:
+            if len(graft.above[link.child]) == 1 and _is_a(graft, link.child, "AnimationCurve"):
                 graft.dropped.add(link.child)
         return
     if any(not link.name and link.parent != layer for link in graft.above[group]):
@@ -133,7 +132,7 @@ def _keys(graft: Graft, group: Key, name: str, ticks: Ticks, values: Array) -> N
     there = [
         link.child
         for link in scene.children.get(group, [])
-        if link.name == name and link.child in scene.objects and scene.objects[link.child].name == "AnimationCurve"
+        if link.name == name and _is_a(graft, link.child, "AnimationCurve")
     ]
     own = next((curve for curve in there if len(graft.above[curve]) == 1), None)
     graft.unlinked.update(Link(curve, group, name) for curve in there if curve != own)
