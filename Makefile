@@ -41,8 +41,9 @@ bench: $(READY)  ## every benchmark in full; writes docs/benchmarks.md
 
 docs: $(READY)  ## the pictures, from the samples; and the tables, from the real clips where KINESTITCH_DATA is set
 	$(BIN)/python docs/make_pictures.py
-	@if [ -n "$$KINESTITCH_DATA" ]; then $(BIN)/python -m kinestitch.experiments.seams "$$KINESTITCH_DATA" -o docs/seams.md; \
-	else echo "KINESTITCH_DATA is not set: docs/seams.md stays as it is"; fi
+	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams retargeting; do \
+	$(BIN)/python -m kinestitch.experiments.$$table "$$KINESTITCH_DATA" -o docs/$$table.md || exit 1; done; \
+	else echo "KINESTITCH_DATA is not set: the tables in docs stay as they are"; fi
 
 setup-oracles: $(READY)  ## other people's readers, each in an environment of its own
 	PYTHON=$(PYTHON) sh tests/oracles/setup.sh
