@@ -42,8 +42,8 @@ def crossfade(placed: Placed, width: int, *, eased: bool = False) -> Motion:
         share = (frames + reach + 0.5) / (2 * reach)
         if eased:
             share = share**2 * (3 - 2 * share)
-        left = _own(placed, seam.index, placed.timeline.segments[seam.index].range.stop + frames)
-        right = _own(placed, seam.index + 1, placed.timeline.segments[seam.index + 1].range.start + frames)
+        left = own_poses(placed, seam.index, placed.timeline.segments[seam.index].range.stop + frames)
+        right = own_poses(placed, seam.index + 1, placed.timeline.segments[seam.index + 1].range.start + frames)
         relative = quat_continuous(quat_multiply(quat_conjugate(left[0]), right[0]))
         turned = relative[reach - 1 : reach + 1, :, 3].sum(axis=0) < 0
         way = quat_log(relative * np.where(turned, -1.0, 1.0)[:, None])
@@ -66,7 +66,7 @@ def geodesic_blend(placed: Placed, seam: SeamPlace) -> tuple[int, Array]:
     return cluster.start, quat_multiply(rotations, rotvec_to_quat(share[:, None, None] * gap))
 
 
-def _own(placed: Placed, segment: int, frames: np.ndarray) -> tuple[Array, Array]:
+def own_poses(placed: Placed, segment: int, frames: np.ndarray) -> tuple[Array, Array]:
     """A segment's source at its own frames, held at its ends, as placed: rotations (n, J, 4), translations (n, J,
     3).
     """

@@ -1,0 +1,252 @@
+"""Experiment 2: the solve beside Blender's own blending of animations, on the same cuts; punches among them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kinestitch.core.rotation import Array
+from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam
+from kinestitch.experiments.blender_measures import (
+    BLENDER,
+    DEFAULT,
+    Agreement,
+    Struck,
+    agreement,
+    curves,
+    struck,
+    ways_with,
+    widths_at,
+)
+from kinestitch.experiments.blender_nla import MODES, Blended, Mode, NoBlenderError, blend, blender_python
+from kinestitch.experiments.dataset import DataSet
+from kinestitch.experiments.page import Finding, Picture, Section, Table, picture, rows_of
+from kinestitch.experiments.punches import punches
+from kinestitch.experiments.same_deviation import Versus, needed_setting, spread, versus
+from kinestitch.experiments.seams import random_cut
+from kinestitch.experiments.trade_off import MEASURES, Curve, TradeOff, near_seam
+from kinestitch.render.curves import Line, Panel, draw_panels
+from kinestitch.solve.placed import place_timeline
+
+TITLE = "Against Blender's interpolation"
+INTERVAL = "There is no blend interval to tune."
+FEATURES = "Features of the motion are kept where crossfades average them away."
+LIMIT = 1.0
+"""Added acceleration at which a seam adds no more than the sources' own strongest movements."""
+
+_FEW = 10  # cuts on which Blender's other modes are looked at
+_MODES = {
+    "matched": "Replace, upper strip blends in, signs matched",
+    "keyed": "the same, signs as keyed",
+    "fade": "Replace, both strips fade",
+    "combine": "Combine, both strips fade",
+}
+
+
+def run(data: DataSet, *, cuts: int = 40, seed: int = 0) -> Section:
+    """Punches into punches and `cuts` random cuts, by Blender and by every method; a note where there is no Blender."""
+    rng = np.random.default_rng(seed)
+    found = punches(data)
+    lines = [p.cut for p in found] + [near_seam(random_cut(dict(data.clips), rng, Seam())) for _ in range(cuts)]
+    placed = [place_timeline(line, data.clips) for line in lines]
+    fps = lines[0].fps
+    widths = widths_at(fps)
+    others: tuple[Mode, ...] = tuple(mode for mode in MODES if mode != "matched")
+    try:
+        blended = blend(placed, widths)
+        more = blend(placed[:_FEW], widths, others)
+    except NoBlenderError as error:
+        return missing(str(error))
+    agreed = agreement(placed, blended, widths, ["matched"]) + agreement(placed[:_FEW], more, widths, others)
+    every = curves(lines, data.clips, ways_with(blended, fps, widths))
+    ours = every.pop(DEFAULT)
+    trade = TradeOff(data.name, len(lines), fps, tuple(every.values()))
+    return section(data, trade, ours, agreed, struck(found, data, blended, widths), blended)
+
+
+def missing(why: str) -> Section:
+    """The section where Blender cannot be asked."""
+    claims = ("Blender's blend of two strips is a crossfade.", INTERVAL, FEATURES)
+    return Section(
+        TITLE,
+        "Missing: everything that needs Blender itself. The other methods stand in the quality table.",
+        tuple(Finding(claim, "missing", why) for claim in claims),
+    )
+
+
+def section(
+    data: DataSet,
+    trade: TradeOff,
+    ours: Curve,
+    agreed: Sequence[Agreement],
+    punched: Sequence[Struck],
+    blended: Blended,
+) -> Section:
+    """What was measured, told; `ours` is the solve at its default, on the seams of `trade`."""
+    rivals = [curve for curve in trade.curves if curve.name != "laplacian"]
+    compared = [versus(ours, rival, measure) for rival in rivals for measure in MEASURES if measure != "deviation"]
+    text = (
+        f"Two strips of Blender {blended.version} over each other, evaluated by Blender; the overlap is centred on the "
+        f"seam. {trade.seams} cuts of {data.name}, {len({s.punch.name for s in punched})} of them from one punch into "
+        f"another. Ours at its default is τ = {DEFAULT_SMOOTHING:g} s, untouched; a rival at the same deviation is "
+        f"tuned "
+        "for each seam by itself to change the sources as much as ours does there."
+    )
+    interval, numbers = no_interval(trade, ours, compared)
+    kept, more = features(compared, punched)
+    return Section(
+        TITLE,
+        text,
+        (same_thing(agreed, sum(blended.turned.values())), interval, kept, where_rivals_win(compared)),
+        (_curves_drawn(trade, data),),
+        (_agreement_table(agreed), _trade_table(trade, ours), _versus_table(compared), _punch_table(punched)),
+        numbers=_agreement_numbers(agreed) | numbers | more,
+    )
+
+
+def same_thing(agreed: Sequence[Agreement], turned: int) -> Finding:
+    """What Blender does with two strips, by measured distance."""
+    matched = [row for row in agreed if row.mode == "matched"]
+    lerp, largest = (max(getattr(row, name) for row in matched) for name in ("lerp", "largest"))
+    mean = max(row.mean for row in matched)
+    others = ", ".join(
+        f"{_MODES[mode]}: up to {max(row.largest for row in agreed if row.mode == mode):.1f}°"
+        for mode in ("fade", "combine")
+    )
+    return Finding(
+        "Blender's blend of two strips is a crossfade.",
+        "measured",
+        f"it interpolates the quaternions' components and normalises them: within {lerp:.1g}° of that. From our slerp "
+        f"crossfade it is up to {largest:.2g}° away ({mean:.2g}° in the mean at most), where gaps are wide and the "
+        f"weight is near a fifth and four fifths. {turned} joints had quaternions of opposite signs as keyed, which "
+        f"Blender would blend the long way round. {others} from it, through or about the rest pose",
+    )
+
+
+def no_interval(trade: TradeOff, ours: Curve, compared: Sequence[Versus]) -> tuple[Finding, dict[str, object]]:
+    """Ours untouched against Blender tuned for each seam; and how far settings must differ to add little."""
+    added = _of(compared, BLENDER, "added")
+    blender, solve = trade.curve(BLENDER), trade.curve("laplacian")
+    apart = {c.name: spread(needed_setting(c, "added", LIMIT)) for c in (solve, blender)}
+    nearest = int(np.abs(blender.percentile("deviation") - ours.percentile("deviation")[0]).argmin())
+    calm = float((ours.values["added"][0] <= LIMIT).mean()), float((blender.values["added"][nearest] <= LIMIT).mean())
+    untuned = added.better >= 0.9
+    limits = added.better >= 0.5
+    free = apart["laplacian"] <= 1.5
+    finding = Finding(
+        INTERVAL,
+        "reproduced" if untuned and free else "reproduced with limits" if limits else "not reproduced",
+        f"untouched, ours adds less acceleration than Blender tuned for each seam to the same deviation on "
+        f"{added.better:.0%} of {added.seams} seams (medians {added.ours:.2f} and {added.theirs:.2f} of the "
+        f"sources' own "
+        f"95th percentile). But λ takes the interval's place: to add no more than {LIMIT:g}, the smoothing time has to "
+        f"vary by a factor of {apart['laplacian']:.1f} between seams (10th to 90th percentile), Blender's width by "
+        f"{apart[BLENDER]:.1f}; {calm[0]:.0%} of the seams stay below at the default, {calm[1]:.0%} with Blender's "
+        f"{blender.settings[nearest] * trade.fps:.0f} frames",
+    )
+    return finding, {
+        "blender_added_ours_better_share": round(added.better, 3),
+        "blender_added_over_ours": round(added.theirs / added.ours, 3),
+        "setting_spread": {name: round(value, 2) for name, value in apart.items()},
+    }
+
+
+def features(compared: Sequence[Versus], punched: Sequence[Struck]) -> tuple[Finding, dict[str, object]]:
+    """Dynamics that survive at the same deviation, and what is left of a strike."""
+    survived = _of(compared, BLENDER, "survived")
+    finding = Finding(
+        FEATURES,
+        "reproduced" if survived.better >= 0.9 else "reproduced with limits" if survived.better >= 0.5 else
+        "not reproduced",
+        f"of the sources' angular acceleration {survived.ours:.1%} survives, {survived.theirs:.1%} with Blender "
+        f"tuned to "
+        f"the same deviation; more with ours on {survived.better:.0%} of {survived.seams} seams. Speed of a strike "
+        f"{_strikes(punched)}",
+    )  # fmt: skip
+    return finding, {
+        "dynamics_survived": {"ours": round(survived.ours, 4), "blender": round(survived.theirs, 4)},
+        "survived_ours_better_share": round(survived.better, 3),
+    }
+
+
+def _strikes(punched: Sequence[Struck]) -> str:
+    ways = dict.fromkeys(row.way for row in punched)
+    kept = {way: [row.strike for row in punched if row.way == way] for way in ways}
+    return "; ".join(f"{way}: {min(v):.0%} to {max(v):.0%}" for way, v in kept.items())
+
+
+def where_rivals_win(compared: Sequence[Versus]) -> Finding:
+    """Every measure on which a rival's median is the better one at the same deviation."""
+    lost = [row for row in compared if row.loses]
+    told = [f"{row.rival}: {row.measure} {row.theirs:.3g} against {row.ours:.3g}" for row in lost]
+    return Finding(
+        "At the same deviation no rival is better on any measure.",
+        "not reproduced" if lost else "measured",
+        "; ".join(told) + f" (medians, {len(lost)} of {len(compared)} comparisons)" if lost else
+        f"ours is at least as good in all {len(compared)} comparisons of medians",
+    )  # fmt: skip
+
+
+def _of(compared: Sequence[Versus], rival: str, measure: str) -> Versus:
+    return next(row for row in compared if (row.rival, row.measure) == (rival, measure))
+
+
+def _curves_drawn(trade: TradeOff, data: DataSet) -> Picture:
+    names = ("laplacian", BLENDER, *(c.name for c in trade.curves if c.name not in {"laplacian", BLENDER}))
+    order = [trade.curve(name) for name in names]
+    x: dict[str, Array] = {curve.name: curve.percentile("deviation") for curve in order}
+    drawn = [
+        Panel(
+            tuple(Line(c.name, x[c.name], c.percentile(name), c.percentile(name, high)) for c in order),
+            MEASURES["deviation"],
+            label,
+            y_log=name == "added",
+        )
+        for name, high, label in (
+            ("added", 95.0, "added acceleration / sources' 95th percentile"),
+            ("survived", 5.0, "share of the sources' dynamics that survives"),
+        )
+    ]
+    caption = f"{trade.seams} cuts of {trade.name}, every method over its range: median, and the worse 5 % dotted."
+    return picture(draw_panels(drawn), caption, own=not data.real)
+
+
+def _agreement_table(agreed: Sequence[Agreement]) -> Table:
+    rows = [(_MODES[r.mode], r.width, r.mean, r.largest, r.eased, r.lerp) for r in agreed]
+    head = ("Blender", "frames", "mean °", "largest °", "from eased °", "from component lerp °")
+    return Table("Blender's rotations against our crossfade of the same width.", head, rows_of(rows))
+
+
+def _trade_table(trade: TradeOff, ours: Curve) -> Table:
+    rows: list[tuple[object, ...]] = []
+    for curve in (ours, *(c for c in trade.curves if c.name in {"laplacian", BLENDER, "crossfade"})):
+        medians = [curve.percentile(measure) for measure in MEASURES]
+        for column, setting in enumerate(curve.settings):
+            rows.append((curve.name, float(setting), *(float(m[column]) for m in medians)))
+    caption = "Medians: " + "; ".join(f"{name}: {meaning}" for name, meaning in MEASURES.items()) + "."
+    return Table(caption, ("method", "setting s", *MEASURES), rows_of(rows))
+
+
+def _versus_table(compared: Sequence[Versus]) -> Table:
+    rows = [(r.rival, r.measure, r.ours, r.theirs, f"{r.better:.0%}", r.seams) for r in compared]
+    head = ("rival", "measure", "ours", "rival's", "ours better on", "seams")
+    return Table("Ours at its default, rivals tuned to the same deviation on each seam; medians.", head, rows_of(rows))
+
+
+def _punch_table(punched: Sequence[Struck]) -> Table:
+    rows = [
+        (s.punch.name, "{:.1f} → {:.1f}".format(*s.punch.speeds), s.way, s.strike, s.added, s.deviation, s.survived)
+        for s in punched
+    ]
+    head = ("punches", "peak speeds m/s", "way", "strike kept", "added", "deviation °", "survived")
+    return Table("From one punch into another, a quarter of a second before it strikes.", head, rows_of(rows))
+
+
+def _agreement_numbers(agreed: Sequence[Agreement]) -> dict[str, object]:
+    largest = {
+        mode: round(max(row.largest for row in agreed if row.mode == mode), 3)
+        for mode in dict.fromkeys(row.mode for row in agreed)
+    }
+    lerp = max(row.lerp for row in agreed if row.mode == "matched")
+    return {"blender_from_crossfade_deg": largest, "blender_from_component_lerp_deg": round(lerp, 4)}
