@@ -2,6 +2,7 @@
 
 import json
 import os
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 from kinestitch.core.kinematics import with_joint_axes, world_pose
 from kinestitch.core.rotation import quat_distance, quat_normalize
-from kinestitch.errors import KinestitchWarning, ParameterError, SkeletonMismatchError
+from kinestitch.errors import FormatError, KinestitchWarning, ParameterError, SkeletonMismatchError
 from kinestitch.files import has_character, read, write
 from kinestitch.files.glb import parse_glb
 from kinestitch.files.gltf import list_takes, read_gltf
@@ -183,6 +184,30 @@ def test_a_lost_picture_is_told(characters, tmp_path):
     source = character.save(tmp_path / "in" / "source.glb")
     with pytest.warns(KinestitchWarning, match=r"2 picture\(s\)"):
         write(read(source), tmp_path / "out.glb", like=source)
+
+
+@pytest.mark.parametrize(
+    ("change", "refused"),
+    [
+        (lambda d: d.update(extras={"x": 1e999}), True),
+        (lambda d: d.update(images=[{"uri": "%00.png"}, {"uri": "/etc/a.png"}, {"uri": "a" * 300 + ".png"}]), False),
+        (lambda d: d["animations"][0]["channels"].append({"sampler": 0, "target": {"node": [], "path": "odd"}}), False),
+    ],
+)
+def test_odd_documents(characters, tmp_path, change, refused):
+    character = characters.plain_character()
+    change(character.document)
+    (tmp_path / "in").mkdir()
+    source = tmp_path / "in" / "source.gltf"
+    character.save(source)
+    source.write_text(source.read_text().replace("Infinity", "1e999"))
+    with warnings.catch_warnings(action="ignore", category=KinestitchWarning):
+        if not refused:
+            write(read(source), tmp_path / "out.gltf", like=source)
+            return
+        with pytest.raises(FormatError, match=r"JSON can hold.*source\.gltf"):
+            write(read(source), tmp_path / "out.glb", like=source)
+    assert not (tmp_path / "out.glb").exists()
 
 
 def test_other_axes_prefixes_and_fewer_joints(source, tmp_path):

@@ -77,6 +77,14 @@ def parse_glb(data: bytes) -> Glb:
     return Glb(parse_json(bytes(chunks[0][1])), tuple(chunks[1:]))
 
 
+def json_bytes(document: dict[str, Any]) -> bytes:
+    """A document as JSON; raises FormatError for numbers that JSON cannot tell (a file may say 1e999)."""
+    try:
+        return json.dumps(document, separators=(",", ":"), allow_nan=False).encode("ascii")
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"Expected a document that JSON can hold, got: {error}.") from None
+
+
 def serialise_glb(
     document: dict[str, Any], parts: Sequence[tuple[int, Sequence[bytes | memoryview]]]
 ) -> Iterator[bytes]:
@@ -84,9 +92,9 @@ def serialise_glb(
 
     parts : (chunk type, pieces of its bytes) of each chunk behind the JSON
 
-    Raises OutputError if the file would be larger than the 4 GiB that GLB can tell.
+    Raises FormatError as :func:`json_bytes` does, OutputError beyond the 4 GiB that a GLB can tell.
     """
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode("ascii")
+    text = json_bytes(document)
     text += b" " * (-len(text) % 4)
     sizes = [sum(len(memoryview(piece).cast("B")) for piece in pieces) for _, pieces in parts]
     total = 12 + 8 + len(text) + sum(8 + size + -size % 4 for size in sizes)

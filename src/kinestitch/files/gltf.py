@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from kinestitch.core.kinematics import local_from_world
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.files.atomic import replacing
-from kinestitch.files.glb import BINARY_CHUNK, serialise_glb
+from kinestitch.files.glb import BINARY_CHUNK, json_bytes, serialise_glb
 from kinestitch.files.gltf_animation import animation_name
 from kinestitch.files.gltf_document import load_document
 from kinestitch.files.gltf_enclosing import data_uri
@@ -83,7 +82,7 @@ def write_gltf(
     """
     if like is not None:
         parts = kept_file(motion, Path(path), Path(like), take)
-        with replacing(path) as stream:
+        with naming(like), replacing(path) as stream:
             for piece in parts:
                 stream.write(piece)
         return
@@ -93,7 +92,7 @@ def write_gltf(
     with replacing(path) as stream:
         if Path(path).suffix.lower() == ".gltf":
             document["buffers"][0]["uri"] = data_uri(b"".join(pieces))
-            stream.write(json.dumps(document, allow_nan=False).encode("ascii"))
+            stream.write(json_bytes(document))
         else:
             for piece in serialise_glb(document, [(BINARY_CHUNK, pieces)]):
                 stream.write(piece)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import mimetypes
 import warnings
 from collections.abc import Iterator
@@ -12,7 +11,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from kinestitch.errors import KinestitchWarning
-from kinestitch.files.glb import BINARY_CHUNK, serialise_glb
+from kinestitch.files.glb import BINARY_CHUNK, json_bytes, serialise_glb
 from kinestitch.files.gltf_document import GltfDocument, Json, text
 
 
@@ -42,7 +41,7 @@ def with_bytes(document: GltfDocument, lists: Json, added: bytes, path: Path, li
         if buffers and "uri" not in buffers[0] and document.binary is not None:
             buffers[0] = {**buffers[0], "uri": data_uri(document.binary), "byteLength": len(document.binary)}
         buffers.append({"byteLength": len(added), "uri": data_uri(added)})
-        return iter([json.dumps(new, allow_nan=False).encode("ascii")])
+        return iter([json_bytes(new)])
     base = document.buffer(0) if buffers else b""
     start = len(base) + -len(base) % 4
     views.append({"buffer": 0, "byteOffset": start, "byteLength": len(added)})
@@ -68,10 +67,19 @@ def _images_inside(document: GltfDocument) -> list[Json]:
         if not uri or uri.startswith("data:"):
             entries.append(entry)
             continue
-        picture = document.folder / unquote(uri)
-        found = kind.startswith("image/") and picture.is_file()
-        entries.append({**entry, "uri": data_uri(picture.read_bytes(), kind)} if found else entry)
-        lost += not found
+        picture = _bytes_beside(document.folder, unquote(uri)) if kind.startswith("image/") else None
+        entries.append(entry if picture is None else {**entry, "uri": data_uri(picture, kind)})
+        lost += picture is None
     if lost:
         warnings.warn(KinestitchWarning(f"{lost} picture(s) beside the file could not be taken along."), stacklevel=6)
     return entries
+
+
+def _bytes_beside(folder: Path, name: str) -> bytes | None:
+    """Bytes of a file named relative to the document; None where there is none."""
+    if "\0" in name or Path(name).is_absolute():
+        return None
+    try:
+        return (folder / name).read_bytes()
+    except OSError:
+        return None

@@ -158,7 +158,7 @@ def _keep_others(builder: _Builder, keys: _Keys, old: Json, figure: Figure) -> N
     kept: dict[int, int | None] = {}
     for channel in objects(old, "channels"):
         target = child(channel, "target")
-        if target.get("node") in figure.moving and target.get("path") in PATHS:
+        if target.get("path") in PATHS and target.get("node") in figure.moving:
             continue
         index = whole(channel, "sampler", below=len(samplers))
         if index not in kept:
