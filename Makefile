@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo setup test fuzz check format bench docs setup-oracles test-oracles clean
+.PHONY: reproduce demo setup test fuzz check format bench docs setup-oracles setup-blender test-oracles clean
 
 demo: $(READY)  ## walk with a kick pasted in: clips, document, pictures and numbers in the folder demo/
 	$(BIN)/kinestitch demo demo
@@ -45,9 +45,15 @@ docs: $(READY)  ## the pictures, from the samples; and the tables, from the real
 	$(BIN)/python -m kinestitch.experiments.$$table "$$KINESTITCH_DATA" -o docs/$$table.md || exit 1; done; \
 	else echo "KINESTITCH_DATA is not set: the tables in docs stay as they are"; fi
 
+reproduce: $(READY)  ## the paper's figures and claims, computed anew: out/report.html, docs/results.md, docs/results.json
+	$(BIN)/kinestitch reproduce $(KINESTITCH_DATA) -o out --docs $(if $(KINESTITCH_DATA),docs,out)
+
 setup-oracles: $(READY)  ## other people's readers, each in an environment of its own
 	PYTHON=$(PYTHON) sh tests/oracles/setup.sh
 	sh tests/oracles/setup_validator.sh
+
+setup-blender:  ## Blender as a Python module, in .venv-bpy; KINESTITCH_BLENDER may name another Python that has it
+	PYTHON=$(PYTHON) sh tests/oracles/setup.sh bpy
 
 test-oracles: setup-oracles  ## our files and numbers against Blender, ufbx and the glTF validator
 	KINESTITCH_ORACLES=1 $(BIN)/python -m pytest tests/oracles tests/files/test_gltf_validator.py

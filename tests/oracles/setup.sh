@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes the two environments that the oracle tests ask: .venv-ufbx and .venv-bpy at the checkout's root.
 # They are kept apart from .venv because bpy wants numpy < 2. Safe to run again: what stands and works is left alone.
+#   sh setup.sh [all | ufbx | bpy]
 #   PYTHON  a Python 3.11 (bpy 4.5 exists for no other); default: python3.11
 set -eu
 cd "$(dirname "$0")/../.."
@@ -19,5 +20,5 @@ make_environment() { # folder, module to import, requirements...
     echo "$folder is made"
 }
 
-make_environment .venv-ufbx ufbx "ufbx==0.0.5" "numpy>=1.26"
-make_environment .venv-bpy bpy "bpy==4.5.*" "numpy<2"
+case "${1:-all}" in all | ufbx) make_environment .venv-ufbx ufbx "ufbx==0.0.5" "numpy>=1.26" ;; esac
+case "${1:-all}" in all | bpy) make_environment .venv-bpy bpy "bpy==4.5.*" "numpy<2" ;; esac

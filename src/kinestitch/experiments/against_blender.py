@@ -19,10 +19,10 @@ from kinestitch.experiments.blender_measures import (
     ways_with,
     widths_at,
 )
-from kinestitch.experiments.blender_nla import MODES, Blended, Mode, NoBlenderError, blend, blender_python
+from kinestitch.experiments.blender_nla import MODES, Blended, Mode, NoBlenderError, blend
 from kinestitch.experiments.dataset import DataSet
 from kinestitch.experiments.page import Finding, Picture, Section, Table, picture, rows_of
-from kinestitch.experiments.punches import punches
+from kinestitch.experiments.punches import punches, strike_drawn
 from kinestitch.experiments.same_deviation import Versus, needed_setting, spread, versus
 from kinestitch.experiments.seams import random_cut
 from kinestitch.experiments.trade_off import MEASURES, Curve, TradeOff, near_seam
@@ -52,13 +52,12 @@ def run(data: DataSet, *, cuts: int = 40, seed: int = 0) -> Section:
     placed = [place_timeline(line, data.clips) for line in lines]
     fps = lines[0].fps
     widths = widths_at(fps)
-    others: tuple[Mode, ...] = tuple(mode for mode in MODES if mode != "matched")
+    others: list[Mode] = [mode for mode in MODES if mode != "matched"]
     try:
-        blended = blend(placed, widths)
-        more = blend(placed[:_FEW], widths, others)
+        blended = blend({"matched": placed} | dict.fromkeys(others, placed[:_FEW]), widths)
     except NoBlenderError as error:
         return missing(str(error))
-    agreed = agreement(placed, blended, widths, ["matched"]) + agreement(placed[:_FEW], more, widths, others)
+    agreed = agreement(placed, blended, widths, ["matched"]) + agreement(placed[:_FEW], blended, widths, others)
     every = curves(lines, data.clips, ways_with(blended, fps, widths))
     ours = every.pop(DEFAULT)
     trade = TradeOff(data.name, len(lines), fps, tuple(every.values()))
@@ -98,29 +97,29 @@ def section(
     return Section(
         TITLE,
         text,
-        (same_thing(agreed, sum(blended.turned.values())), interval, kept, where_rivals_win(compared)),
-        (_curves_drawn(trade, data),),
+        (same_thing(agreed, blended), interval, kept, where_rivals_win(compared)),
+        (_curves_drawn(trade, data), strike_drawn(data, blended)),
         (_agreement_table(agreed), _trade_table(trade, ours), _versus_table(compared), _punch_table(punched)),
         numbers=_agreement_numbers(agreed) | numbers | more,
     )
 
 
-def same_thing(agreed: Sequence[Agreement], turned: int) -> Finding:
+def same_thing(agreed: Sequence[Agreement], blended: Blended) -> Finding:
     """What Blender does with two strips, by measured distance."""
     matched = [row for row in agreed if row.mode == "matched"]
-    lerp, largest = (max(getattr(row, name) for row in matched) for name in ("lerp", "largest"))
-    mean = max(row.mean for row in matched)
-    others = ", ".join(
-        f"{_MODES[mode]}: up to {max(row.largest for row in agreed if row.mode == mode):.1f}°"
-        for mode in ("fade", "combine")
-    )
+    most = max(matched, key=lambda row: row.largest)
+    far = {mode: max(row.largest for row in agreed if row.mode == mode) for mode in ("fade", "combine")}
     return Finding(
         "Blender's blend of two strips is a crossfade.",
         "measured",
-        f"it interpolates the quaternions' components and normalises them: within {lerp:.1g}° of that. From our slerp "
-        f"crossfade it is up to {largest:.2g}° away ({mean:.2g}° in the mean at most), where gaps are wide and the "
-        f"weight is near a fifth and four fifths. {turned} joints had quaternions of opposite signs as keyed, which "
-        f"Blender would blend the long way round. {others} from it, through or about the rest pose",
+        "where the upper strip alone blends in, Blender interpolates the quaternions' components: normalised, that is "
+        f"its result within {max(row.lerp for row in matched):.1g}°. From our slerp crossfade it is up to "
+        f"{most.largest:.2g}° away (where the sources are {most.gap:.0f}° apart and the weight is {most.share:.2f}), "
+        f"{max(row.mean for row in matched):.2g}° in the mean. {sum(blended.turned.values())} joints had opposite "
+        "signs as keyed, which it would blend the long way round. Its automatic blending gives "
+        f"{blended.auto[0]:.0%} of the overlap to the lower strip's fade out and {blended.auto[1]:.0%} to the upper "
+        f"one's fade in; with both, the result is drawn up to {far['fade']:.0f}° towards the rest pose. In Combine, "
+        f"its one way that multiplies quaternions, it is up to {far['combine']:.0f}° off",
     )
 
 
@@ -179,7 +178,11 @@ def _strikes(punched: Sequence[Struck]) -> str:
 def where_rivals_win(compared: Sequence[Versus]) -> Finding:
     """Every measure on which a rival's median is the better one at the same deviation."""
     lost = [row for row in compared if row.loses]
-    told = [f"{row.rival}: {row.measure} {row.theirs:.3g} against {row.ours:.3g}" for row in lost]
+    told = [
+        f"{row.rival}: {row.measure} {row.theirs:.4g} against {row.ours:.4g} (ours better on {row.better:.0%} of the "
+        "seams)"
+        for row in lost
+    ]
     return Finding(
         "At the same deviation no rival is better on any measure.",
         "not reproduced" if lost else "measured",
@@ -213,8 +216,17 @@ def _curves_drawn(trade: TradeOff, data: DataSet) -> Picture:
 
 
 def _agreement_table(agreed: Sequence[Agreement]) -> Table:
-    rows = [(_MODES[r.mode], r.width, r.mean, r.largest, r.eased, r.lerp) for r in agreed]
-    head = ("Blender", "frames", "mean °", "largest °", "from eased °", "from component lerp °")
+    rows = [(_MODES[r.mode], r.width, r.mean, r.largest, r.gap, r.share, r.eased, r.lerp) for r in agreed]
+    head = (
+        "Blender",
+        "frames",
+        "mean °",
+        "largest °",
+        "sources apart there °",
+        "weight there",
+        "from eased °",
+        "from component lerp °",
+    )
     return Table("Blender's rotations against our crossfade of the same width.", head, rows_of(rows))
 
 
@@ -249,4 +261,4 @@ def _agreement_numbers(agreed: Sequence[Agreement]) -> dict[str, object]:
         for mode in dict.fromkeys(row.mode for row in agreed)
     }
     lerp = max(row.lerp for row in agreed if row.mode == "matched")
-    return {"blender_from_crossfade_deg": largest, "blender_from_component_lerp_deg": round(lerp, 4)}
+    return {"blender_from_crossfade_deg": largest, "blender_from_component_lerp_deg": float(f"{lerp:.2g}")}

@@ -29,6 +29,7 @@ class Agreement:
     """Blender in one mode and at one width against ours, over cuts: degrees, all joints, frames and cuts.
 
     mean, largest : from our linear crossfade; eased : largest from our eased one
+    gap, share : where the largest is, how far both sources are apart in degrees, and the right one's weight
     lerp : largest from quaternions interpolated component by component and then normalised
     """
 
@@ -36,6 +37,8 @@ class Agreement:
     width: int
     mean: float
     largest: float
+    gap: float
+    share: float
     eased: float
     lerp: float
 
@@ -82,14 +85,16 @@ def agreement(
     found = []
     for mode in modes:
         for width in widths:
-            rows = [_apart(one, blended.motions[one.timeline, width, mode], width) for one in placed]
-            mean, largest, eased, lerp = np.array(rows).T
-            found.append(Agreement(mode, width, *map(float, (mean.mean(), largest.max(), eased.max(), lerp.max()))))
+            rows = np.array([_apart(one, blended.motions[one.timeline, width, mode], width) for one in placed])
+            mean, (eased, lerp) = rows[:, 0].mean(), rows[:, 4:].max(axis=0)
+            largest, gap, share = rows[rows[:, 1].argmax(), 1:4]
+            found.append(Agreement(mode, width, *map(float, (mean, largest, gap, share, eased, lerp))))
     return found
 
 
-def _apart(placed: Placed, theirs: Motion, width: int) -> list[float]:
+def _apart(placed: Placed, theirs: Motion, width: int) -> tuple[float, ...]:
     (seam,) = placed.seams
+    first, second = placed.timeline.segments
     reach = min(width, seam.frame, placed.frames - seam.frame)
     here = slice(seam.frame - reach, seam.frame + reach)
     linear, eased = (crossfade(placed, width, eased=e).rotations[here] for e in (False, True))
@@ -97,9 +102,15 @@ def _apart(placed: Placed, theirs: Motion, width: int) -> list[float]:
     kept = [j for j in range(placed.skeleton.joint_count) if j not in {placed.carrier, placed.writes}]
     _, lerp = component_lerp(placed, reach)
     own = theirs.rotations[here]
-    gap = np.degrees(quat_distance(own, linear))
-    other = np.degrees(quat_distance(own, eased)).max()
-    return [gap.mean(), gap.max(), other, np.degrees(quat_distance(own, lerp)[:, kept]).max()]
+    away = np.degrees(quat_distance(own, linear))
+    frame, joint = np.unravel_index(int(away.argmax()), away.shape)
+    offset = int(frame) - reach
+    left, _ = own_poses(placed, 0, np.array([first.range.stop + offset]))
+    right, _ = own_poses(placed, 1, np.array([second.range.start + offset]))
+    gap = float(np.degrees(quat_distance(left[0, joint], right[0, joint])))
+    other = float(np.degrees(quat_distance(own, eased)).max())
+    exact = float(np.degrees(quat_distance(own, lerp)[:, kept]).max())
+    return float(away.mean()), float(away.max()), gap, (float(frame) + 0.5) / (2 * reach), other, exact
 
 
 def ways_with(blended: Blended, fps: float, widths: Sequence[int]) -> tuple[Way, ...]:

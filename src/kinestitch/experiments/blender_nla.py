@@ -47,11 +47,13 @@ class Blended:
     """Blender's results by timeline, width and mode, as motions; and which Blender it was.
 
     turned : per timeline, joints whose quaternions as keyed point to different sides at the seam
+    auto : how much of an overlap Blender's automatic blending lets the left strip fade out and the right one fade in
     """
 
     version: str
     motions: Mapping[tuple[Timeline, int, Mode], Motion]
     turned: Mapping[Timeline, int]
+    auto: tuple[float, float]
 
 
 def blender_python() -> Path:
@@ -67,8 +69,10 @@ def blender_python() -> Path:
     return chosen
 
 
-def blend(placed: Sequence[Placed], widths: Sequence[int] = WIDTHS, modes: Sequence[Mode] = ("matched",)) -> Blended:
-    """Let Blender join the sources of timelines of one seam each, at every width and in every mode, in one process.
+def blend(wanted: Mapping[Mode, Sequence[Placed]], widths: Sequence[int] = WIDTHS) -> Blended:
+    """Let Blender join the sources of timelines of one seam each, at every width, in one process.
+
+    wanted : by mode, the timelines to be joined so
 
     The overlap is centred on the seam as :func:`kinestitch.solve.rivals.crossfade` has it, with the same weights; both
     sources run on under each other, and one that ends holds its last pose.
@@ -76,28 +80,32 @@ def blend(placed: Sequence[Placed], widths: Sequence[int] = WIDTHS, modes: Seque
     Raises NoBlenderError where Blender is missing or fails.
     """
     python = blender_python()
-    skeleton = placed[0].skeleton
+    skeleton = next(iter(wanted.values()))[0].skeleton
     request = {"parents": np.array(skeleton.parents), "offsets": skeleton.offsets}
     jobs: list[dict[str, object]] = []
     keys: list[tuple[Placed, int, Mode]] = []
     turned: dict[Timeline, int] = {}
-    for number, one in enumerate(placed):
-        left, right, signs = _rows(one, max(widths))
-        turned[one.timeline] = int((signs < 0).sum())
-        shorter = right.copy()
-        shorter[..., :4] *= signs[:, None]
-        for mode in modes:
-            pair = f"{number}_{MODES[mode][1]:d}"
-            request[f"left_{pair}"], request[f"right_{pair}"] = left, shorter if MODES[mode][1] else right
+    rows = {one.timeline: _rows(one, max(widths)) for some in wanted.values() for one in some}
+    numbers = {line: number for number, line in enumerate(rows)}
+    for mode, some in wanted.items():
+        told, matched = MODES[mode]
+        for one in some:
+            left, right, signs = rows[one.timeline]
+            turned[one.timeline] = int((signs < 0).sum())
+            if matched:
+                right = np.concatenate([right[..., :4] * signs[:, None], right[..., 4:]], axis=-1)
+            pair = f"{numbers[one.timeline]}_{matched:d}"
+            request[f"left_{pair}"], request[f"right_{pair}"] = left, right
             for width in widths:
-                jobs.append({"pair": pair, "reach": _reach(one, width), "mode": MODES[mode][0]})
+                jobs.append({"pair": pair, "reach": _reach(one, width), "mode": told})
                 keys.append((one, width, mode))
     answer = _ask(python, {**request, "jobs": np.array(json.dumps(jobs))})
     motions = {
         (one.timeline, width, mode): _motion(one, _reach(one, width), answer[f"job_{number}"])
         for number, (one, width, mode) in enumerate(keys)
     }
-    return Blended(str(answer["version"]), motions, turned)
+    out, into = answer["auto"]
+    return Blended(str(answer["version"]), motions, turned, (float(out), float(into)))
 
 
 def _ask(python: Path, request: Mapping[str, Array]) -> dict[str, Array]:

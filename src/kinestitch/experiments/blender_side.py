@@ -4,9 +4,12 @@
 
 REQUEST.npz holds parents (J,), offsets (J, 3) m, a JSON list `jobs` of {"pair", "reach", "mode"}, and for each pair N
 `left_N`, `right_N` (n, J, 7): w, x, y, z of a joint's rotation against its rest pose and the shift of its place from
-there in its parent's frame, one row a frame, n = 2 R + 2, the seam half way. ANSWER.npz holds for each job N its rows
-as Blender shows them, `job_N` (n, J, 7), and Blender's version. Quaternions go in and come out as they are, with their
-signs and without being normalised.
+there in its parent's frame, one row a frame, n = 2 R + 2, the seam half way.
+
+ANSWER.npz holds for each job N the rows of its overlap and one on each side as Blender shows them, `job_N` (2 reach +
+2, J, 7), and Blender's `version`. Quaternions go in and come out as they are, with their signs and without being
+normalised. `auto` (2,) says how much of an overlap Blender's automatic blending gives to the left strip's fade out and
+to the right one's fade in.
 
 modes : ``replace``, the right strip blends in over the left one; ``fade``, the left one blends out as well;
 ``combine``, both blend modes are Combine and both fade
@@ -96,7 +99,10 @@ def lay_strip(thing: Any, action: Any, slot: Any, span: tuple[float, float], com
 def evaluate(
     thing: Any, pair: tuple[tuple[Any, Any], tuple[Any, Any]], reach: int, mode: str, frames: int
 ) -> np.ndarray:
-    """All frames around the seam with an overlap of 2 × reach frames: (frames, J, 7)."""
+    """The 2 × reach frames of an overlap around the seam and one on each side: (2 reach + 2, J, 7).
+
+    pair : action and slot of the left and of the right source, `frames` long
+    """
     import bpy
 
     tracks = thing.animation_data.nla_tracks
@@ -110,7 +116,7 @@ def evaluate(
     if mode != "replace":
         lower.blend_out = 2.0 * reach
     bones = thing.pose.bones
-    rows = np.empty((frames, len(bones), 7))
+    rows = np.empty((2 * reach + 2, len(bones), 7))
     first = int(np.ceil(middle)) - reach - 1
     for frame in range(first, first + 2 * reach + 2):
         bpy.context.scene.frame_set(frame)
@@ -118,9 +124,21 @@ def evaluate(
         for path, width in PATHS:
             values = np.empty(len(bones) * width, np.float32)
             bones.foreach_get(path, values)
-            rows[frame, :, column : column + width] = values.reshape(-1, width)
+            rows[frame - first, :, column : column + width] = values.reshape(-1, width)
             column += width
-    return rows[first : first + 2 * reach + 2]
+    return rows
+
+
+def auto_blend(thing: Any, reach: int, frames: int) -> np.ndarray:
+    """What automatic blending makes of the two strips that stand there, as shares of their overlap: (2,)."""
+    import bpy
+
+    strips = [track.strips[0] for track in thing.animation_data.nla_tracks]
+    for strip in strips:
+        strip.use_auto_blend = True
+        strip.frame_end = strip.frame_end  # blending is worked out when a strip is moved
+    bpy.context.scene.frame_set(frames // 2)
+    return np.array([strips[0].blend_out, strips[1].blend_in]) / (2 * reach)
 
 
 def answer(request: Any) -> dict[str, np.ndarray]:
@@ -136,7 +154,8 @@ def answer(request: Any) -> dict[str, np.ndarray]:
         if key not in pairs:
             pairs[key] = tuple(make_action(f"{side}_{key}", r) for side, r in zip("ab", rows, strict=True))
         found[f"job_{number}"] = evaluate(thing, pairs[key], job["reach"], job["mode"], len(rows[0]))
-    return found
+        reach, frames = job["reach"], len(rows[0])
+    return found | {"auto": auto_blend(thing, reach, frames)}
 
 
 if __name__ == "__main__":

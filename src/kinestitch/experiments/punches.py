@@ -11,8 +11,11 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit import append, trim
 from kinestitch.edit.timeline import Timeline, timeline
+from kinestitch.experiments.blender_nla import Blended
 from kinestitch.experiments.dataset import DataSet
+from kinestitch.experiments.page import Picture, panels, picture
 from kinestitch.experiments.trade_off import near_seam
+from kinestitch.solve.stitch import stitch
 
 PAIRS = (("Boxing", "Jab To Elbow Punch"), ("Boxing", "Hook Punch")), (("light_punch", "heavy_punch"),)
 """Moderate and large difference, of real clips; of the samples there is one pair."""
@@ -62,7 +65,8 @@ def _punch(data: DataSet, first: str, second: str) -> Punch:
     a, b = data.clips[first], data.clips[second]
     early = round(BEFORE * a.fps)
     (out, _, slow), (peak, joint, fast) = strike(a), strike(b)
-    out, into = max(out - early, min(early, a.frames)), max(peak - early, 0)
+    # a strike that comes at once leaves no room for a blend: then the middle of the clip has to do
+    out, into = out - early if out >= early + a.fps else a.frames // 2, max(peak - early, 0)
     line = trim(timeline({first: a, second: b}, first), 0, out)
     cut = near_seam(append(line, second, into, b.frames))
     return Punch(f"{first} → {second}", cut, (slow, fast), joint, cut.starts[1] + peak - into)
@@ -72,3 +76,28 @@ def strike_kept(motion: Motion, cut: Motion, punch: Punch) -> float:
     """Speed of the striking joint when it strikes, over the hard cut's."""
     speed, own = (joint_speeds(m)[punch.frame - 1, punch.joint] for m in (motion, cut))
     return float(speed / own)
+
+
+def strike_drawn(data: DataSet, blended: Blended) -> Picture:
+    """Speed of the striking joint over time, both ways between the punches that differ most: cut, ours, Blender."""
+    found = sorted(punches(data), key=lambda punch: max(punch.speeds) / min(punch.speeds))[-2:]
+    drawing, axes = panels(1, len(found), size=(5.2 * len(found), 3.2))
+    for axis, punch in zip(axes, found, strict=True):
+        widths = sorted({width for cut, width, mode in blended.motions if cut == punch.cut and mode == "matched"})
+        lines = [("hard cut", "#9A9A9A", stitch(punch.cut, data.clips, method="cut"))]
+        lines += [
+            (f"Blender, {width} frames", colour, blended.motions[punch.cut, width, "matched"])
+            for width, colour in zip((widths[len(widths) // 2], widths[-1]), ("#56B4E9", "#0072B2"), strict=True)
+        ]
+        lines.append(("ours, default", "#111111", stitch(punch.cut, data.clips)))
+        seam, fps = punch.cut.starts[1], punch.cut.fps
+        for label, colour, motion in lines:
+            speed = joint_speeds(motion)[:, punch.joint]
+            axis.plot((np.arange(len(speed)) + 0.5 - seam + 0.5) / fps, speed, color=colour, label=label)
+        axis.axvline(0, color="#CC79A7", linestyle="--", linewidth=1)
+        axis.set_xlim(-1, 1)
+        axis.set_title(punch.name, loc="left")
+        axis.set_xlabel("s from the seam")
+    axes[0].set_ylabel("speed of the striking joint (m/s)")
+    axes[0].legend(frameon=False, fontsize="small")
+    return picture(drawing, "A strike over a seam a quarter of a second before it.", own=not data.real)

@@ -52,6 +52,7 @@ class Versus:
     """Ours at one setting and a rival tuned to the same deviation on each seam.
 
     ours, theirs : medians of a measure; better : share of seams on which ours is the better one; seams : compared
+    loses : whether the rival is the better one in the median
     """
 
     rival: str
@@ -60,13 +61,7 @@ class Versus:
     theirs: float
     better: float
     seams: int
-
-    @property
-    def loses(self) -> bool:
-        """Whether the rival's median is the better one."""
-        if self.measure in BETTER_SMALL:
-            return self.theirs < self.ours
-        return abs(1 - self.theirs) < abs(1 - self.ours)
+    loses: bool
 
 
 def versus(ours: Curve, rival: Curve, measure: str) -> Versus:
@@ -75,12 +70,15 @@ def versus(ours: Curve, rival: Curve, measure: str) -> Versus:
     theirs = at_deviation(rival, measure, wanted)
     there = np.isfinite(theirs)
     if not there.any():
-        return Versus(rival.name, measure, float("nan"), float("nan"), float("nan"), 0)
+        return Versus(rival.name, measure, np.nan, np.nan, np.nan, 0, False)
     mine, theirs = mine[there], theirs[there]
-    if measure in BETTER_SMALL:
-        wins = mine < theirs
-    else:
-        wins = np.abs(1 - mine) < np.abs(1 - theirs)
+    bad, worse = (values if measure in BETTER_SMALL else np.abs(1 - values) for values in (mine, theirs))
     return Versus(
-        rival.name, measure, float(np.median(mine)), float(np.median(theirs)), float(wins.mean()), int(there.sum())
+        rival.name,
+        measure,
+        float(np.median(mine)),
+        float(np.median(theirs)),
+        float((bad < worse).mean()),
+        int(there.sum()),
+        bool(np.median(worse) < np.median(bad)),
     )
