@@ -44,9 +44,9 @@ ABOVE_ERRORS = tuple(room for room in BELOW if room not in ("errors", "__init__"
 DOORS = {
     "numpy": (*ABOVE_ERRORS, "testing.py"),
     "scipy": ("core", "solve", "samples"),
-    "matplotlib": ("analysis/plots.py", "render"),
+    "matplotlib": ("analysis/plots.py", "render", "experiments/page.py", "experiments/pdf.py"),
+    "bpy": ("experiments/blender_side.py",),
     "opentimelineio": ("edit/document.py",),
-    "av": ("render/encoder.py",),
     "click": ("cli",),
     "rich": ("cli",),
     "hypothesis": ("testing.py",),

@@ -27,6 +27,7 @@ VERBS = {
     "filmstrip": "pictures",
     "video": "video",
     "demo": "demo",
+    "reproduce": "reproduce",
     "completion": "completion",
 }
 """Verb → module of this room, in the order in which ``--help`` lists them."""

@@ -17,11 +17,15 @@ _SHORTEST = 16  # frames
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DataSet:
-    """Clips of one skeleton and rate by name; `real` unless they are the generated samples."""
+    """Clips of one skeleton and rate by name; `real` unless they are the generated samples.
+
+    place : the folder that holds the folders of all data sets, None for the samples
+    """
 
     name: str
     clips: Mapping[str, Motion]
     real: bool
+    place: Path | None = None
 
     def find(self, *names: str) -> tuple[str, ...]:
         """The first clip for each wish whose name matches it best: exact, then beginning, then anywhere, then the
@@ -59,5 +63,5 @@ def load(folder: Path | None, name: str) -> DataSet:
     if place is not None and place.is_dir():
         clips = read_folder(place)
         if clips:
-            return DataSet(name, clips, real=True)
+            return DataSet(name, clips, real=True, place=folder)
     return DataSet("samples", {key: sample(key) for key in SAMPLE_NAMES}, real=False)

@@ -10,7 +10,7 @@ from kinestitch.core.rotation import Array, quat_mean
 from kinestitch.edit import replace
 from kinestitch.edit.timeline import Seam, timeline
 from kinestitch.experiments.dataset import DataSet
-from kinestitch.experiments.page import Finding, Section, Table, panels, picture, rows_of
+from kinestitch.experiments.page import Finding, Picture, Section, Table, panels, picture, rows_of
 from kinestitch.experiments.seams import random_cut
 from kinestitch.solve.laplacian import second_difference
 from kinestitch.solve.seam import visible_reach
@@ -66,9 +66,7 @@ def peaks(data: DataSet, count: int, seed: int) -> tuple[Array, Array, Array]:
     return np.array(before), np.array(after), np.array(kept)
 
 
-def run(data: DataSet, *, cuts: int = 40, seed: int = 0) -> Section:
-    """The published two panels, then all joints of random cuts."""
-    solved = punch_for_punch(data)
+def _one_joint(solved: Solved, own: bool) -> Picture:
     joint = arm_joint(solved)
     cut, motion = laplacian_norms(solved, joint)
     drawing, (upper, lower) = panels(2, 1, size=(8.0, 4.6))
@@ -80,36 +78,40 @@ def run(data: DataSet, *, cuts: int = 40, seed: int = 0) -> Section:
         for seam in solved.seams:
             axis.axvline(seam.frame - 0.5, color="#CC79A7", linestyle="--", linewidth=1)
     lower.set_xlabel("frame")
-    before, after, kept = peaks(data, cuts, seed)
-    spread, (axis,) = panels(size=(8.0, 3.0))
+    return picture(drawing, "One joint, without and with.", own=own)
+
+
+def _all_joints(before: Array, after: Array, own: bool) -> Picture:
+    drawing, (axis,) = panels(size=(8.0, 3.0))
     bins = np.geomspace(1e-2, 360, 50)
-    axis.hist(np.clip(before.ravel(), 1e-2, None), bins, color="#9A9A9A", alpha=0.8, label="without")
-    axis.hist(np.clip(after.ravel(), 1e-2, None), bins, color="#0072B2", alpha=0.7, label="with")
+    for values, colour, name in ((before, "#9A9A9A", "without"), (after, "#0072B2", "with")):
+        axis.hist(np.clip(values.ravel(), 1e-2, None), bins, color=colour, alpha=0.75, label=name)
     axis.set_xscale("log")
     axis.set_xlabel("peak ‖L r‖ near the seam (°/frame²), all joints")
     axis.legend(frameon=False)
-    ratio = float(np.median(after.max(axis=1) / before.max(axis=1)))
-    table = Table(
-        f"Peak ‖L r‖ of the worst joint near the seam, {cuts} random cuts.",
-        ("", "median", "95th percentile"),
-        rows_of([(n, float(np.median(v)), float(np.percentile(v, 95))) for n, v in
-                 (("without", before.max(axis=1)), ("with", after.max(axis=1)), ("dynamics kept", kept))]),
-    )  # fmt: skip
+    return picture(drawing, "All joints.", own=own)
+
+
+def run(data: DataSet, *, cuts: int = 40, seed: int = 0) -> Section:
+    """The published two panels, then all joints of random cuts."""
+    before, after, kept = peaks(data, cuts, seed)
+    worst = {"without": before.max(axis=1), "with": after.max(axis=1), "dynamics kept": kept}
+    ratio = float(np.median(worst["with"] / worst["without"]))
     finding = Finding(
         "Laplacian editing removes the spike at the seam and keeps the curve elsewhere.",
         "reproduced" if ratio < 0.5 else "not reproduced",
         f"the worst joint's peak falls to {ratio:.2f} of the hard cut's (median of {cuts} cuts); dynamics kept "
         f"{np.median(kept):.3f}",
     )
+    rows = [(name, float(np.median(values)), float(np.percentile(values, 95))) for name, values in worst.items()]
+    caption = f"Peak ‖L r‖ (°/frame²) of the worst joint near the seam, {cuts} random cuts."
+    own = not data.real
     return Section(
         "Effect of Laplacian editing",
         "The norm of the temporal Laplacian of one joint's rotation vector, a punch replaced by another punch; then "
         "the same peak for every joint of random cuts.",
         (finding,),
-        (
-            picture(drawing, "One joint, without and with.", own=not data.real),
-            picture(spread, "All joints.", own=not data.real),
-        ),
-        (table,),
+        (_one_joint(punch_for_punch(data), own), _all_joints(before, after, own)),
+        (Table(caption, ("", "median", "95th percentile"), rows_of(rows)),),
         numbers={"effect_peak_ratio_median": ratio, "effect_dynamics_kept_median": float(np.median(kept))},
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -90,60 +91,65 @@ def spun(data: DataSet, left: str, right: str, chart: Chart) -> set[str]:
     return {spin.joint for spin in find_spins(solved.motion, solved.placed, solved.seams[0], 0)}
 
 
+@dataclass(frozen=True, slots=True)
+class Detected:
+    """What a data set's flips came to: boundaries, flips, their angles in degrees, spins by chart, flips by joint."""
+
+    name: str
+    boundaries: int
+    flips: int
+    theta: tuple[float, float]
+    spun: Mapping[Chart, int]
+    joints: tuple[tuple[str, int], ...]
+
+    @property
+    def row(self) -> tuple[object, ...]:
+        """A row of the report's table."""
+        fine = (self.flips - self.spun["principal"], self.flips - self.spun["centred"])
+        return (self.name, self.boundaries, self.flips, *self.theta, *fine)
+
+
+def detect(data: DataSet, limit: int) -> Detected:
+    """Find a data set's flips at boundaries and stitch each of them in both charts."""
+    pairs = flipped_pairs(data, limit)
+    names = next(iter(data.clips.values())).skeleton.names
+    theta = np.degrees(np.concatenate([t for *_, t in pairs])) if pairs else np.zeros(1)
+    spins: dict[Chart, int] = {
+        chart: sum(len(spun(data, left, right, chart) & {names[j] for j in joints}) for left, right, joints, _ in pairs)
+        for chart in CHARTS
+    }
+    counts = np.bincount([j for _, _, joints, _ in pairs for j in joints], minlength=len(names))
+    most = tuple((names[j], int(counts[j])) for j in np.argsort(counts)[::-1][:4] if counts[j])
+    around = (float(np.median(theta)), float(theta.max()))
+    return Detected(data.name, len(pairs), int(counts.sum()), around, spins, most)
+
+
 def run_detected(sets: Sequence[DataSet], *, limit: int = 150) -> Section:
     """All real flips at boundaries: which joints, at which θ, and how many stitch without a spin in each chart."""
-    rows, joints_rows, numbers, verdicts = [], [], {}, {}
-    for data in sets:
-        pairs = flipped_pairs(data, limit)
-        names = next(iter(data.clips.values())).skeleton.names
-        flips = sum(len(joints) for _, _, joints, _ in pairs)
-        theta = np.degrees(np.concatenate([t for *_, t in pairs])) if pairs else np.zeros(1)
-        failed: dict[Chart, int] = {}
-        for chart in CHARTS:
-            failed[chart] = sum(
-                len(spun(data, left, right, chart) & {names[j] for j in joints}) for left, right, joints, _ in pairs
-            )
-        rows.append((data.name, len(pairs), flips, float(np.median(theta)), float(theta.max()),
-                     flips - failed["principal"], flips - failed["centred"]))  # fmt: skip
-        counts = np.bincount([j for _, _, joints, _ in pairs for j in joints], minlength=len(names))
-        for joint in np.argsort(counts)[::-1][:4]:
-            if counts[joint]:
-                joints_rows.append((data.name, names[joint], int(counts[joint])))
-        numbers[data.name] = {"flips": flips, **{f"spun_{chart}": failed[chart] for chart in CHARTS}}
-        verdicts[data.name] = failed
-    principal = {name: failed["principal"] for name, failed in verdicts.items()}
+    found = [detect(data, limit) for data in sets]
+    told = {chart: ", ".join(f"{d.spun[chart]} on {d.name}" for d in found) for chart in CHARTS}
     finding = Finding(
         "Flips at boundaries are stitched without harm, since θ stays in [0, π].",
-        "reproduced" if not any(principal.values()) else "reproduced with limits",
-        "joints that spin in the principal chart: "
-        + ", ".join(f"{value} on {name}" for name, value in principal.items())
-        + "; in the centred chart: "
-        + ", ".join(f"{failed['centred']} on {name}" for name, failed in verdicts.items()),
+        "reproduced with limits" if any(d.spun["principal"] for d in found) else "reproduced",
+        f"joints that spin in the principal chart: {told['principal']}; in the centred chart: {told['centred']}",
     )
+    head = ("data", "boundaries", "flips", "median θ °", "largest θ °", "without spin, principal", "without, centred")
+    caption = f"Flips, the larger θ of both sides, and how many stitch without a spin; at most {limit} boundaries."
+    joints = [(d.name, *joint) for d in found for joint in d.joints]
     return Section(
         "Flips found at real boundaries",
         "Every boundary from the end of one clip to the start of another at which u · u′ < −0.9 for some joint. The "
-        "claim "
-        "holds where rotations stay well inside π; where a joint rests near half a turn, the principal chart spins "
-        "it and "
-        "the centred chart does not.",
+        "claim holds where rotations stay well inside π; where a joint rests near half a turn, the principal chart "
+        "spins it and the centred chart does not.",
         (finding,),
         (),
         (
-            Table(
-                f"Flips, the larger θ of both sides, and how many stitch without a spin; at most {limit} boundaries.",
-                (
-                    "data",
-                    "boundaries",
-                    "flips",
-                    "median θ °",
-                    "largest θ °",
-                    "without spin, principal",
-                    "without, centred",
-                ),
-                rows_of(rows),
-            ),
-            Table("The joints that flip most.", ("data", "joint", "flips"), rows_of(joints_rows)),
+            Table(caption, head, rows_of([d.row for d in found])),
+            Table("The joints that flip most.", ("data", "joint", "flips"), rows_of(joints)),
         ),
-        numbers={"detected_flips": numbers},
+        numbers={
+            "detected_flips": {
+                d.name: {"flips": d.flips, **{f"spun_{chart}": d.spun[chart] for chart in CHARTS}} for d in found
+            }
+        },
     )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from kinestitch import files
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
@@ -16,8 +19,20 @@ from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.seam import seam_reach
 from kinestitch.solve.stitch import Solved, solve_timeline
 
-WALK, ACTIONS = ("Walking", "walk"), (("Running Jump", "jump"), ("Kicking", "kick"))
+WALK, ACTIONS = ("Walking", "walk"), (("Jumping", "jump"), ("Kicking", "kick"))
 RUN, JACKS = ("Running", "run"), ("Jumping Jacks", "jumping_jacks")
+
+
+JUMP_ON_THE_SPOT = "mixamo_ybot_60fps/Jumping.fbx"
+"""The first rig's own jumps climb or fall by a metre; this one lands where it left, on a rig of other bone lengths."""
+
+
+def with_jump(data: DataSet) -> DataSet:
+    """The data set with one more clip, a jump on the spot, where the folder has it."""
+    extra = None if data.place is None else data.place / JUMP_ON_THE_SPOT
+    if extra is None or not extra.is_file() or data.name != "mixamo":
+        return data
+    return replace(data, clips={"Jumping": files.read(extra), **data.clips})
 
 
 def _pick(data: DataSet, *wishes: tuple[str, str]) -> tuple[str, ...]:
@@ -26,6 +41,7 @@ def _pick(data: DataSet, *wishes: tuple[str, str]) -> tuple[str, ...]:
 
 def joined(data: DataSet, *wishes: tuple[str, str]) -> Solved:
     """Whole clips one after the other."""
+    data = with_jump(data)
     keys = _pick(data, *wishes)
     line = timeline({key: data.clips[key] for key in dict.fromkeys(keys)}, keys[0])
     for key in keys[1:]:
@@ -35,6 +51,7 @@ def joined(data: DataSet, *wishes: tuple[str, str]) -> Solved:
 
 def inserted(data: DataSet) -> Solved:
     """A walk with a jump and a kick inserted."""
+    data = with_jump(data)
     walk, jump, kick = _pick(data, WALK, *ACTIONS)
     line = timeline({key: data.clips[key] for key in dict.fromkeys((walk, jump, kick))}, walk)
     frames = data.clips[walk].frames
@@ -61,6 +78,7 @@ def _filmstrip(solved: Solved, rows: list[Motion], labels: list[str], caption: s
 def cross_category(data: DataSet) -> Section:
     """Walking into jumping jacks; a walk with a jump and a kick inserted, as base, inserted and integrated rows."""
     jacks, mixed = joined(data, WALK, JACKS), inserted(data)
+    data = with_jump(data)
     walk, jump, kick = _pick(data, WALK, *ACTIONS)
     own = not data.real
     clips = [data.clips[key] for key in (walk, jump, kick)]
@@ -94,36 +112,45 @@ def absolute_path(solved: Solved) -> Array:
     return np.concatenate(parts)
 
 
+def _drawn(name: str, solved: Solved, path: Array, other: Array, own: bool) -> Picture:
+    drawing, (above, speed) = panels(1, 2, size=(9.0, 3.2))
+    above.plot(path[:, 0], path[:, 2], color="#0072B2", label="relative (ours)")
+    above.plot(other[:, 0], other[:, 2], color="#D55E00", linewidth=0.9, linestyle="--", label="absolute")
+    above.set_aspect("equal", adjustable="datalim")
+    above.set_xlabel("x (m)")
+    above.set_ylabel("z (m)")
+    above.legend(frameon=False)
+    above.set_title(name, loc="left")
+    speed.plot(np.linalg.norm(np.diff(path, axis=0), axis=1) * solved.motion.fps, color="#0072B2")
+    for seam in solved.seams:
+        speed.axvline(seam.frame - 0.5, color="#CC79A7", linestyle="--", linewidth=1)
+    speed.set_xlabel("frame")
+    speed.set_ylabel("speed of the hips (m/s)")
+    return picture(drawing, f"{name}: from above, and speed.", own=own)
+
+
+def _steps(solved: Solved, path: Array, other: Array) -> tuple[float, float, float, float, float]:
+    """At the seams (cm), the clips' own largest (cm), their ratio, the largest with absolute places (cm), error (m)."""
+    step, jump = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (path, other))
+    sources = [solved.placed.sources[segment.clip] for segment in solved.placed.timeline.segments]
+    moves = [np.diff(source.translations[:, solved.placed.carrier], axis=0) for source in sources]
+    own = max(float(np.linalg.norm(move, axis=1).max()) for move in moves)
+    worst = max(float(step[seam.frame - 1]) for seam in solved.seams)
+    return 100 * worst, 100 * own, worst / own, 100 * float(jump.max()), _rigid_error(solved)
+
+
 def root_path(data: DataSet) -> Section:
     """Path from above and speed over time, relative and absolute; a run and a walk into actions with real travel."""
-    rows, pictures = [], []
+    rows: list[tuple] = []
+    pictures = []
     for name, wishes in (
         ("walk → jump → walk", (WALK, ACTIONS[0], WALK)),
         ("run → kick → run", (RUN, ACTIONS[1], RUN)),
     ):
         solved = joined(data, *wishes)
         path, other = ground_path(solved.motion), absolute_path(solved)
-        step, jump = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (path, other))
-        sources = [solved.placed.sources[segment.clip] for segment in solved.placed.timeline.segments]
-        carrier = solved.placed.carrier
-        own = max(float(np.linalg.norm(np.diff(s.translations[:, carrier], axis=0), axis=1).max()) for s in sources)
-        worst = max(float(step[seam.frame - 1]) for seam in solved.seams)
-        rigid = _rigid_error(solved)
-        rows.append((name, 100 * worst, 100 * own, worst / own, 100 * float(jump.max()), rigid))
-        drawing, (above, speed) = panels(1, 2, size=(9.0, 3.2))
-        above.plot(path[:, 0], path[:, 2], color="#0072B2", label="relative (ours)")
-        above.plot(other[:, 0], other[:, 2], color="#D55E00", linewidth=0.9, linestyle="--", label="absolute")
-        above.set_aspect("equal", adjustable="datalim")
-        above.set_xlabel("x (m)")
-        above.set_ylabel("z (m)")
-        above.legend(frameon=False)
-        speed.plot(step * solved.motion.fps, color="#0072B2")
-        for seam in solved.seams:
-            speed.axvline(seam.frame - 0.5, color="#CC79A7", linestyle="--", linewidth=1)
-        speed.set_xlabel("frame")
-        speed.set_ylabel("speed of the hips (m/s)")
-        above.set_title(name, loc="left")
-        pictures.append(picture(drawing, f"{name}: from above, and speed.", own=not data.real))
+        rows.append((name, *_steps(solved, path, other)))
+        pictures.append(_drawn(name, solved, path, other, not data.real))
     largest = max(row[3] for row in rows)
     finding = Finding(
         "The root continues by relative displacement.",
@@ -131,18 +158,14 @@ def root_path(data: DataSet) -> Section:
         f"the step at a seam is at most {largest:.2f} of the clips' own largest; with absolute positions the hips jump "
         f"by up to {max(row[4] for row in rows):.0f} cm",
     )
-    table = Table(
-        "Steps of the hips.",
-        ("edit", "at the seam cm", "clips' largest cm", "ratio", "absolute: largest cm", "away from seams m"),
-        rows_of(rows),
-    )
+    head = ("edit", "at the seam cm", "clips' largest cm", "ratio", "absolute: largest cm", "away from seams m")
     return Section(
         "Root translation",
         "The pasted segment is turned and moved so that it goes on from where the body is; its ground path is solved "
         "on displacements. Away from the seam the path is exactly the rigidly placed one.",
         (finding,),
         tuple(pictures),
-        (table,),
+        (Table("Steps of the hips.", head, rows_of(rows)),),
         numbers={"root_step_ratio": round(float(largest), 3)},
     )
 
