@@ -95,3 +95,18 @@ def below_a_dummy(motion: Motion, name: str = "Armature") -> Motion:
         translations=np.concatenate([still[0], motion.translations], axis=1),
         rotations=np.concatenate([still[1], motion.rotations], axis=1),
     )
+
+
+def without(motion: Motion, *words: str) -> Motion:
+    """The same without the joints in whose names one of these words stands, which must be leaves or lead to such."""
+    own = motion.skeleton
+    kept = [joint for joint, name in enumerate(own.names) if not any(word in name for word in words)]
+    skeleton = Skeleton(
+        tuple(own.names[joint] for joint in kept),
+        tuple(kept.index(own.parents[joint]) if joint else -1 for joint in kept),
+        own.offsets[kept],
+        own.rest[kept],
+    )
+    return replace(
+        motion, skeleton=skeleton, translations=motion.translations[:, kept], rotations=motion.rotations[:, kept]
+    )

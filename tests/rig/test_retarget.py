@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rig_builders import a_posed, below_a_dummy, drawn_along_x, hanging, renamed, scaled, with_rest
+from rig_builders import a_posed, below_a_dummy, drawn_along_x, hanging, renamed, scaled, with_rest, without
 
 import kinestitch as ks
 from kinestitch.core.kinematics import turn_about_up, world_pose
@@ -136,6 +136,26 @@ def test_feet_stand_where_the_source_s_do():
     assert np.abs(paths["planted"][:, 1] - paths["source"][:, 1]).max() < 5e-3
     errors = direction_errors(kept, plain)
     assert max(errors[limb] for limb in ("thigh", "shin", "foot")) < 0.01
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.0])
+def test_rigs_without_toes_stand_too(factor):
+    plain = ks.sample("walk")
+    bare = without(scaled(plain, factor), "Toe")
+    back = retargeted(bare, plain.skeleton).motion
+    there = retargeted(plain, bare.skeleton, example=bare).motion
+    ankle = plain.skeleton.index("mixamorig:LeftFoot")
+    heights = [world_pose(motion).positions[:, ankle, 1].min() for motion in (plain, back)]
+    assert abs(heights[0] - heights[1]) < 0.01
+    ankle = bare.skeleton.index("mixamorig:LeftFoot")
+    heights = [world_pose(motion).positions[:, ankle, 1].min() for motion in (bare, there)]
+    assert abs(heights[0] - heights[1]) < 0.01
+
+
+def test_an_example_moves_the_target():
+    plain = ks.sample("walk")
+    with pytest.raises(SkeletonMismatchError, match="an example that moves the target rig"):
+        retargeted(plain, a_posed(plain).skeleton, example=plain)
 
 
 def test_unmapped_joints_keep_their_rest_and_are_told():

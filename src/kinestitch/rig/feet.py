@@ -14,7 +14,7 @@ from kinestitch.rig.families import SIDES
 from kinestitch.rig.hips import hip_height
 from kinestitch.rig.reference import Reference
 
-_TALLEST_TOE = 0.1
+_TALLEST_TOE, _TALLEST_ANKLE = 0.1, 0.25  # leg lengths
 _LEVEL = np.array([1.0, 0.0, 1.0])
 _ROLL = 0.03  # leg lengths over which the weight passes from heel to toe
 
@@ -24,12 +24,13 @@ class Stance:
     """How a rig stands, in m.
 
     leg : from hip joint to ankle along the bones
-    ankle, foot : of a flat foot, the ankle's height over the toe joint and its distance behind it
+    ankle, foot : of a flat foot, the ankle's height over the toe joint and its distance behind it; on a rig without
+    toes the ankle's height over the ground, None where nothing tells
     toe : height of the toe joint over the ground, None where nothing tells
     """
 
     leg: float
-    ankle: float
+    ankle: float | None
     foot: float
     toe: float | None
 
@@ -44,7 +45,8 @@ def stance(skeleton: Skeleton, joints: Mapping[str, int], pose: Reference, movin
     leg = float(np.mean([_length(pose.positions, chain) for chain in legs])) if legs else hip_height(skeleton)
     feet = [(joints[f"{side}_foot"], joints[f"{side}_toe"]) for side in SIDES if f"{side}_toe" in joints]
     if not feet:
-        return Stance(leg, 0.0, 0.0, None)
+        ankles = [joints[f"{side}_foot"] for side in SIDES if f"{side}_foot" in joints]
+        return Stance(leg, _lowest(skeleton, ankles, leg, moving), 0.0, 0.0)
     _, ankle, foot = np.mean([pose.positions[foot] - pose.positions[toe] for foot, toe in feet], axis=0).tolist()
     toes = [toe for _, toe in feet]
     if pose.grounded:
@@ -53,6 +55,16 @@ def stance(skeleton: Skeleton, joints: Mapping[str, int], pose: Reference, movin
         return Stance(leg, ankle, -foot, None)
     lowest = float(np.percentile(moving.positions[:, toes, 1], 2, axis=0).mean())
     return Stance(leg, ankle, -foot, lowest if 0 <= lowest < _TALLEST_TOE * leg else None)
+
+
+def _lowest(skeleton: Skeleton, ankles: list[int], leg: float, moving: WorldPose | None) -> float | None:
+    """Height in m at which ankles stand, from the rest pose or a motion; None where neither shows a likely one."""
+    if not ankles:
+        return None
+    heights = [rest_pose(skeleton)[0][ankles, 1].mean()]
+    if moving is not None:
+        heights.append(np.percentile(moving.positions[:, ankles, 1], 2, axis=0).mean())
+    return next((float(height) for height in heights if 0 < height < _TALLEST_ANKLE * leg), None)
 
 
 def _length(positions: Array, chain: list[int]) -> float:
@@ -81,11 +93,16 @@ class Ground:
 
 
 def ground(source: Stance, target: Stance) -> Ground:
-    """The map between two rigs' places; where one does not tell how high its toes stand, both are taken as alike."""
+    """The map between two rigs' places; where one does not tell how high it stands, both are taken as alike."""
     toes = (0.0, 0.0) if source.toe is None or target.toe is None else (source.toe, target.toe)
-    scale = (target.leg + target.ankle + toes[1]) / (source.leg + source.ankle + toes[0])
+    share = target.leg / source.leg
+    ankles = (
+        source.ankle if source.ankle is not None else (target.ankle or 0.0) / share,
+        target.ankle if target.ankle is not None else (source.ankle or 0.0) * share,
+    )
+    scale = (target.leg + ankles[1] + toes[1]) / (source.leg + ankles[0] + toes[0])
     toe = toes[1] - scale * toes[0]
-    return Ground(scale, toe, toe + target.ankle - scale * source.ankle, target.foot - scale * source.foot)
+    return Ground(scale, toe, toe + ankles[1] - scale * ankles[0], target.foot - scale * source.foot)
 
 
 def ankle_targets(
@@ -109,6 +126,6 @@ def ankle_targets(
         return by_heel
     tip = source.positions[:, toe]
     by_toe = places.move(tip, places.toe) + beside + places.ahead * ahead * _LEVEL - reach
-    raised = (ankle[:, 1] - rig.ankle - tip[:, 1]) / (_ROLL * rig.leg)
+    raised = (ankle[:, 1] - (rig.ankle or 0.0) - tip[:, 1]) / (_ROLL * rig.leg)
     weight = np.clip(0.5 + raised / 2, 0.0, 1.0)[:, None]
     return weight * by_toe + (1 - weight) * by_heel

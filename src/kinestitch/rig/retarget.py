@@ -86,8 +86,8 @@ def retargeted(
 
     All joints but the hips keep the target's bone lengths. Joints above the hips stand at rest.
 
-    Raises SkeletonMismatchError where the names do not tell all main joints, or the mapping names joints that are not
-    there.
+    Raises SkeletonMismatchError where the names do not tell all main joints, the mapping names joints that are not
+    there, or the example moves another rig.
     """
     own = motion.skeleton
     if mapping is None:
@@ -98,6 +98,8 @@ def retargeted(
                 "Save a mapping, edit it, and pass it."
             )
     check_mapping(mapping, own, skeleton)
+    if example is not None and example.skeleton != skeleton:
+        raise SkeletonMismatchError("Expected an example that moves the target rig, got one of another rig.")
     roles = _known_roles(own, skeleton, mapping)
     world = world_pose(motion)
     poses = reference(own, roles[0], motion), reference(skeleton, roles[1], example)
