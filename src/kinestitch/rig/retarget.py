@@ -90,16 +90,7 @@ def retargeted(
     there, or the example moves another rig.
     """
     own = motion.skeleton
-    if mapping is None:
-        mapping = find_mapping(own, skeleton)
-        if not mapping.certain:
-            raise SkeletonMismatchError(
-                f"Expected rigs whose main joints are known by name, got names that do not tell {unmatched(mapping)}. "
-                "Save a mapping, edit it, and pass it."
-            )
-    check_mapping(mapping, own, skeleton)
-    if example is not None and example.skeleton != skeleton:
-        raise SkeletonMismatchError("Expected an example that moves the target rig, got one of another rig.")
+    mapping = _settled(own, skeleton, mapping, example)
     roles = _known_roles(own, skeleton, mapping)
     world = world_pose(motion)
     poses = reference(own, roles[0], motion), reference(skeleton, roles[1], example)
@@ -118,6 +109,21 @@ def retargeted(
         translations=_local_translations(skeleton, rotations, hips, place),
     )
     return Retargeted(result, mapping, mapping.unmapped(skeleton))
+
+
+def _settled(source: Skeleton, target: Skeleton, mapping: Mapping | None, example: Motion | None) -> Mapping:
+    """The mapping to use, after all that can be refused before anything is computed."""
+    if mapping is None:
+        mapping = find_mapping(source, target)
+        if not mapping.certain:
+            raise SkeletonMismatchError(
+                f"Expected rigs whose main joints are known by name, got names that do not tell {unmatched(mapping)}. "
+                "Save a mapping, edit it, and pass it."
+            )
+    check_mapping(mapping, source, target)
+    if example is not None and example.skeleton != target:
+        raise SkeletonMismatchError("Expected an example that moves the target rig, got one of another rig.")
+    return mapping
 
 
 def _known_roles(source: Skeleton, target: Skeleton, mapping: Mapping) -> tuple[dict[str, int], dict[str, int]]:
