@@ -13,6 +13,7 @@ import contextlib
 import json
 import os
 import select
+import signal
 import subprocess
 import sys
 import tempfile
@@ -24,7 +25,8 @@ from targets import TARGETS
 
 HERE = Path(__file__).parent
 CORPUS = HERE / "corpus"
-SECONDS = 10.0
+SECONDS = 60.0
+"""Until a worker is given up that waits for something; one that works is ended after 10 s (see worker.py)."""
 INPUTS_A_WORKER = 500
 
 
@@ -46,14 +48,14 @@ class Worker:
         try:
             process.stdin.write(json.dumps(order) + "\n")
             process.stdin.flush()
-            ready, _, _ = select.select([process.stdout], [], [], SECONDS + (30.0 if self.done == 1 else 0.0))
+            ready, _, _ = select.select([process.stdout], [], [], SECONDS)
             line = process.stdout.readline() if ready else None
         except OSError:
             line = ""
         if line:
             answer = json.loads(line)
             return answer["how"], answer["what"]
-        what = f"no answer within {SECONDS:g} s" if line is None else f"the process died ({self._code()})"
+        what = f"no answer within {SECONDS:g} s" if line is None else _death(self._code())
         self.close()
         return "wrong", what
 
@@ -99,6 +101,10 @@ def fuzz(name: str, count: int, seed: str, *, corpus: bool) -> tuple[Counter[str
         finally:
             worker.close()
     return counts, [f"{name}: {what}: {case}" for what, case in findings.items()]
+
+
+def _death(code: int | None) -> str:
+    return "more than 10 s of work" if code == -signal.SIGPROF else f"the process died ({code})"
 
 
 def _kind(what: str) -> str:
