@@ -92,7 +92,7 @@ def fuzz(name: str, count: int, seed: str, *, corpus: bool) -> tuple[Counter[str
                 how, what = worker.ask({"file": str(path)})
                 counts[how] += 1
                 if how == "wrong":
-                    findings.setdefault(what, path.name)
+                    findings.setdefault(_kind(what), f"{path.name}: {what}")
             for index in range(count):
                 how, what = worker.ask({"seed": f"{seed}/{name}/{index}"})
                 counts[how] += 1
@@ -100,7 +100,7 @@ def fuzz(name: str, count: int, seed: str, *, corpus: bool) -> tuple[Counter[str
                     findings[_kind(what)] = f"{keep(name, Path(folder))}: {what}"
         finally:
             worker.close()
-    return counts, [f"{name}: {what}: {case}" for what, case in findings.items()]
+    return counts, [f"{name}: {case}" for case in findings.values()]
 
 
 def _death(code: int | None) -> str:
@@ -108,8 +108,8 @@ def _death(code: int | None) -> str:
 
 
 def _kind(what: str) -> str:
-    """Findings of one cause, whatever numbers stand in their message."""
-    return what.split(":", maxsplit=1)[0] + what[what.rfind("(") :]
+    """What findings of one cause have in common: the error and its place, not the numbers in its message."""
+    return what.split(":", maxsplit=1)[0] + (what[what.rfind("(") :] if what.endswith(")") else "")
 
 
 def keep(name: str, folder: Path) -> str:
