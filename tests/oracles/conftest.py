@@ -54,3 +54,9 @@ def ask_ufbx(tmp_path_factory):
 @pytest.fixture(scope="session")
 def ask_blender(tmp_path_factory):
     return _asker(".venv-bpy", "ask_blender.py", tmp_path_factory.mktemp("blender"))
+
+
+@pytest.fixture(scope="session")
+def blender_python():
+    """The Python that can import bpy."""
+    return _python(".venv-bpy")

@@ -27,7 +27,7 @@ from kinestitch.experiments.same_deviation import Versus, needed_setting, spread
 from kinestitch.experiments.seams import random_cut
 from kinestitch.experiments.trade_off import MEASURES, Curve, TradeOff, near_seam
 from kinestitch.render.curves import Line, Panel, draw_panels
-from kinestitch.solve.placed import place_timeline
+from kinestitch.solve.placed import Placed, place_timeline
 
 TITLE = "Against Blender's interpolation"
 INTERVAL = "There is no blend interval to tune."
@@ -52,12 +52,12 @@ def run(data: DataSet, *, cuts: int = 40, seed: int = 0) -> Section:
     placed = [place_timeline(line, data.clips) for line in lines]
     fps = lines[0].fps
     widths = widths_at(fps)
-    others: list[Mode] = [mode for mode in MODES if mode != "matched"]
+    wanted: dict[Mode, Sequence[Placed]] = {mode: placed if mode == "matched" else placed[:_FEW] for mode in MODES}
     try:
-        blended = blend({"matched": placed} | dict.fromkeys(others, placed[:_FEW]), widths)
+        blended = blend(wanted, widths)
     except NoBlenderError as error:
         return missing(str(error))
-    agreed = agreement(placed, blended, widths, ["matched"]) + agreement(placed[:_FEW], blended, widths, others)
+    agreed = [row for mode, some in wanted.items() for row in agreement(some, blended, widths, [mode])]
     every = curves(lines, data.clips, ways_with(blended, fps, widths))
     ours = every.pop(DEFAULT)
     trade = TradeOff(data.name, len(lines), fps, tuple(every.values()))
@@ -85,12 +85,12 @@ def section(
     """What was measured, told; `ours` is the solve at its default, on the seams of `trade`."""
     rivals = [curve for curve in trade.curves if curve.name != "laplacian"]
     compared = [versus(ours, rival, measure) for rival in rivals for measure in MEASURES if measure != "deviation"]
+    struck_cuts = len({row.punch.name for row in punched})
     text = (
         f"Two strips of Blender {blended.version} over each other, evaluated by Blender; the overlap is centred on the "
-        f"seam. {trade.seams} cuts of {data.name}, {len({s.punch.name for s in punched})} of them from one punch into "
+        f"seam. {trade.seams} cuts of {data.name}, {struck_cuts} of them from one punch into "
         f"another. Ours at its default is τ = {DEFAULT_SMOOTHING:g} s, untouched; a rival at the same deviation is "
-        f"tuned "
-        "for each seam by itself to change the sources as much as ours does there."
+        "tuned for each seam by itself to change the sources as much as ours does there."
     )
     interval, numbers = no_interval(trade, ours, compared)
     kept, more = features(compared, punched)
@@ -98,7 +98,7 @@ def section(
         TITLE,
         text,
         (same_thing(agreed, blended), interval, kept, where_rivals_win(compared)),
-        (_curves_drawn(trade, data), strike_drawn(data, blended)),
+        (_curves_drawn(trade, data), *([strike_drawn(data, blended)] if punched else [])),
         (_agreement_table(agreed), _trade_table(trade, ours), _versus_table(compared), _punch_table(punched)),
         numbers=_agreement_numbers(agreed) | numbers | more,
     )
@@ -108,18 +108,18 @@ def same_thing(agreed: Sequence[Agreement], blended: Blended) -> Finding:
     """What Blender does with two strips, by measured distance."""
     matched = [row for row in agreed if row.mode == "matched"]
     most = max(matched, key=lambda row: row.largest)
-    far = {mode: max(row.largest for row in agreed if row.mode == mode) for mode in ("fade", "combine")}
+    far = {mode: max(row.largest for row in agreed if row.mode == mode) for mode in _MODES}
     return Finding(
         "Blender's blend of two strips is a crossfade.",
         "measured",
         "where the upper strip alone blends in, Blender interpolates the quaternions' components: normalised, that is "
         f"its result within {max(row.lerp for row in matched):.1g}°. From our slerp crossfade it is up to "
-        f"{most.largest:.2g}° away (where the sources are {most.gap:.0f}° apart and the weight is {most.share:.2f}), "
-        f"{max(row.mean for row in matched):.2g}° in the mean. {sum(blended.turned.values())} joints had opposite "
-        "signs as keyed, which it would blend the long way round. Its automatic blending gives "
-        f"{blended.auto[0]:.0%} of the overlap to the lower strip's fade out and {blended.auto[1]:.0%} to the upper "
-        f"one's fade in; with both, the result is drawn up to {far['fade']:.0f}° towards the rest pose. In Combine, "
-        f"its one way that multiplies quaternions, it is up to {far['combine']:.0f}° off",
+        f"{most.largest:.2g}° away (where the way between the sources is {most.way:.0f}° and the weight "
+        f"{most.share:.2f}), {max(row.mean for row in matched):.2g}° in the mean. It takes the signs as they are: "
+        f"{sum(blended.turned.values())} joint-seams had opposite ones as keyed, and as keyed it is up to "
+        f"{far['keyed']:.3g}° off ({_FEW} cuts). Its automatic blending gives {blended.auto[0]:.0%} of the overlap to "
+        f"the lower strip's fade out and {blended.auto[1]:.0%} to the upper one's fade in; with both, the result is "
+        f"drawn to the rest pose and up to {far['fade']:.0f}° off; in Combine up to {far['combine']:.0f}°",
     )
 
 
@@ -160,7 +160,7 @@ def features(compared: Sequence[Versus], punched: Sequence[Struck]) -> tuple[Fin
         "not reproduced",
         f"of the sources' angular acceleration {survived.ours:.1%} survives, {survived.theirs:.1%} with Blender "
         f"tuned to "
-        f"the same deviation; more with ours on {survived.better:.0%} of {survived.seams} seams. Speed of a strike "
+        f"the same deviation; more with ours on {survived.better:.0%} of {survived.seams} seams. "
         f"{_strikes(punched)}",
     )  # fmt: skip
     return finding, {
@@ -170,9 +170,11 @@ def features(compared: Sequence[Versus], punched: Sequence[Struck]) -> tuple[Fin
 
 
 def _strikes(punched: Sequence[Struck]) -> str:
+    if not punched:
+        return "No punches among these clips"
     ways = dict.fromkeys(row.way for row in punched)
     kept = {way: [row.strike for row in punched if row.way == way] for way in ways}
-    return "; ".join(f"{way}: {min(v):.0%} to {max(v):.0%}" for way, v in kept.items())
+    return "Speed of a strike kept: " + "; ".join(f"{way}: {min(v):.0%} to {max(v):.0%}" for way, v in kept.items())
 
 
 def where_rivals_win(compared: Sequence[Versus]) -> Finding:
@@ -216,18 +218,13 @@ def _curves_drawn(trade: TradeOff, data: DataSet) -> Picture:
 
 
 def _agreement_table(agreed: Sequence[Agreement]) -> Table:
-    rows = [(_MODES[r.mode], r.width, r.mean, r.largest, r.gap, r.share, r.eased, r.lerp) for r in agreed]
-    head = (
-        "Blender",
-        "frames",
-        "mean °",
-        "largest °",
-        "sources apart there °",
-        "weight there",
-        "from eased °",
-        "from component lerp °",
+    rows = [(_MODES[r.mode], r.width, r.mean, r.largest, r.way, r.share, r.eased, r.lerp) for r in agreed]
+    head = ("Blender", "frames", "mean °", "largest °", "way there °", "weight there", "from eased °", "from lerp °")
+    caption = (
+        "Blender's rotations against our linear crossfade of the same width, with the way between the sources and the "
+        "weight where they differ most; the largest distance from the eased one, and from components interpolated."
     )
-    return Table("Blender's rotations against our crossfade of the same width.", head, rows_of(rows))
+    return Table(caption, head, rows_of(rows))
 
 
 def _trade_table(trade: TradeOff, ours: Curve) -> Table:

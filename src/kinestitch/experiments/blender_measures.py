@@ -29,7 +29,8 @@ class Agreement:
     """Blender in one mode and at one width against ours, over cuts: degrees, all joints, frames and cuts.
 
     mean, largest : from our linear crossfade; eased : largest from our eased one
-    gap, share : where the largest is, how far both sources are apart in degrees, and the right one's weight
+    way, share : where the largest is, the way from one source to the other, above 180 where following it through the
+    window leads the long way round, and the right one's weight
     lerp : largest from quaternions interpolated component by component and then normalised
     """
 
@@ -37,7 +38,7 @@ class Agreement:
     width: int
     mean: float
     largest: float
-    gap: float
+    way: float
     share: float
     eased: float
     lerp: float
@@ -87,8 +88,8 @@ def agreement(
         for width in widths:
             rows = np.array([_apart(one, blended.motions[one.timeline, width, mode], width) for one in placed])
             mean, (eased, lerp) = rows[:, 0].mean(), rows[:, 4:].max(axis=0)
-            largest, gap, share = rows[rows[:, 1].argmax(), 1:4]
-            found.append(Agreement(mode, width, *map(float, (mean, largest, gap, share, eased, lerp))))
+            largest, way, share = rows[rows[:, 1].argmax(), 1:4]
+            found.append(Agreement(mode, width, *map(float, (mean, largest, way, share, eased, lerp))))
     return found
 
 
@@ -104,13 +105,13 @@ def _apart(placed: Placed, theirs: Motion, width: int) -> tuple[float, ...]:
     own = theirs.rotations[here]
     away = np.degrees(quat_distance(own, linear))
     frame, joint = np.unravel_index(int(away.argmax()), away.shape)
-    offset = int(frame) - reach
-    left, _ = own_poses(placed, 0, np.array([first.range.stop + offset]))
-    right, _ = own_poses(placed, 1, np.array([second.range.start + offset]))
-    gap = float(np.degrees(quat_distance(left[0, joint], right[0, joint])))
+    share, offset = (float(frame) + 0.5) / (2 * reach), int(frame) - reach
+    near, weight = (first.range.stop, share) if share < 0.5 else (second.range.start, 1 - share)
+    source, _ = own_poses(placed, int(share >= 0.5), np.array([near + offset]))
+    way = float(np.degrees(quat_distance(source[0, joint], linear[frame, joint]))) / weight
     other = float(np.degrees(quat_distance(own, eased)).max())
     exact = float(np.degrees(quat_distance(own, lerp)[:, kept]).max())
-    return float(away.mean()), float(away.max()), gap, (float(frame) + 0.5) / (2 * reach), other, exact
+    return float(away.mean()), float(away.max()), way, share, other, exact
 
 
 def ways_with(blended: Blended, fps: float, widths: Sequence[int]) -> tuple[Way, ...]:

@@ -116,6 +116,7 @@ def evaluate(
     if mode != "replace":
         lower.blend_out = 2.0 * reach
     bones = thing.pose.bones
+    order = [int(bone.name[1:]) for bone in bones]  # Blender lists children after their parents in an order of its own
     rows = np.empty((2 * reach + 2, len(bones), 7))
     first = int(np.ceil(middle)) - reach - 1
     for frame in range(first, first + 2 * reach + 2):
@@ -124,7 +125,7 @@ def evaluate(
         for path, width in PATHS:
             values = np.empty(len(bones) * width, np.float32)
             bones.foreach_get(path, values)
-            rows[frame - first, :, column : column + width] = values.reshape(-1, width)
+            rows[frame - first, order, column : column + width] = values.reshape(-1, width)
             column += width
     return rows
 

@@ -93,7 +93,8 @@ def strike_drawn(data: DataSet, blended: Blended) -> Picture:
         seam, fps = punch.cut.starts[1], punch.cut.fps
         for label, colour, motion in lines:
             speed = joint_speeds(motion)[:, punch.joint]
-            axis.plot((np.arange(len(speed)) + 0.5 - seam + 0.5) / fps, speed, color=colour, label=label)
+            axis.plot((np.arange(len(speed)) + 1 - seam) / fps, speed, color=colour, label=label)
+        axis.set_ylim(0, 1.3 * max(punch.speeds))  # the hard cut's jump would leave no room for the rest
         axis.axvline(0, color="#CC79A7", linestyle="--", linewidth=1)
         axis.set_xlim(-1, 1)
         axis.set_title(punch.name, loc="left")
