@@ -141,8 +141,8 @@ def no_interval(trade: TradeOff, ours: Curve, compared: Sequence[Versus]) -> tup
         f"sources' own "
         f"95th percentile). But λ takes the interval's place: to add no more than {LIMIT:g}, the smoothing time has to "
         f"vary by a factor of {apart['laplacian']:.1f} between seams (10th to 90th percentile), Blender's width by "
-        f"{apart[BLENDER]:.1f} (what never comes down counts as the widest); {calm[0]:.0%} of the seams stay below at the default, {calm[1]:.0%} with Blender's "
-        f"{blender.settings[nearest] * trade.fps:.0f} frames",
+        f"{apart[BLENDER]:.1f} (what never comes down counts as the widest); {calm[0]:.0%} of the seams stay below at "
+        f"the default, {calm[1]:.0%} with Blender's {blender.settings[nearest] * trade.fps:.0f} frames",
     )
     return finding, {
         "blender_added_ours_better_share": round(added.better, 3),
