@@ -61,7 +61,7 @@ def reproduce(
     steps: Sequence[tuple[str, Callable[[], Section]]] = (
         ("overview", overview.run),
         ("effect", lambda: effect.run(main, cuts=cuts, seed=seed)),
-        ("against Blender", lambda: against_blender.run(main, cuts=2 if quick else 10, seed=seed)),
+        ("against Blender", lambda: against_blender.run(main, cuts=2 if quick else 40, seed=seed)),
         ("across categories", lambda: path.cross_category(main)),
         ("root translation", lambda: path.root_path(main)),
         ("axes", lambda: axes.run(sets, seed=seed)),
