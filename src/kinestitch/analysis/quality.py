@@ -31,7 +31,7 @@ from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import centred_chart, chart_vectors, corrected
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.root import displacement_residuals
-from kinestitch.solve.seam import SeamPlace, clusters, displacement_curves, seam_energy, visible_reach
+from kinestitch.solve.seam import SeamPlace, clusters, displacement_correction, seam_energy, visible_reach
 from kinestitch.solve.stitch import Solved, chart_window, hips_to_world, way_to_hips
 
 
@@ -204,7 +204,7 @@ def solve_proper(solved: Solved) -> Callable[[], None]:
         for cluster, charted, vectors, around in work:
             corrected(vectors, charted.offsets, cluster)
             residuals = np.concatenate([displacement_residuals(seam.left_path, seam.right_path) for seam in around])
-            displacement_curves(cluster) @ residuals
+            displacement_correction(cluster, residuals)
 
     return run
 

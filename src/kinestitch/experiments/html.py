@@ -22,7 +22,8 @@ figure { margin: 1.5rem 0; } img, video { max-width: 100%; height: auto; } figca
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .5rem 0; }
 .wide { overflow-x: auto; }
 th:first-child, td:first-child { min-width: 9rem; }
-th, td { text-align: left; vertical-align: top; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #e5e5e5; font-size: .92rem; }
+th, td { text-align: left; vertical-align: top; padding: .25rem .8rem .25rem 0; font-size: .92rem; }
+th, td { border-bottom: 1px solid #e5e5e5; }
 .verdict { display: inline-block; padding: 0 .5rem; border-radius: .6rem; font-size: .85rem; white-space: nowrap; }
 .reproduced { background: #d8efe4; } .limits { background: #fdeecb; } .not { background: #f8d7d3; }
 .measured { background: #e3ebf5; } .missing { background: #eee; }
