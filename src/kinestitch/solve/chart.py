@@ -229,7 +229,7 @@ def _near_seams(cluster: Cluster) -> np.ndarray:
 
 def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: Array | None) -> Array:
     """The form for joints that turn almost all the way round: corrections live in the tangent at the middle of each
-    gap (Eq. 13).
+    gap (Eq. 12).
 
     With d̄ the log of the mean relative rotation and H = exp(d̄/2), the left side becomes ``a exp(d̄/2) exp(c −
     d̄/2)``, the right side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.

@@ -153,7 +153,7 @@ def local_curves(cluster: Cluster) -> list[tuple[slice, Array]]:
 
 
 def displacement_correction(cluster: Cluster, residuals: Array) -> Array:
-    """What the seams' residuals in the interval rows m−2, m−1, m, (3S, C) m, do to positions: (n, C) m (Eq. 12).
+    """What the seams' residuals in the interval rows m−2, m−1, m, (3S, C) m, do to positions: (n, C) m (Eq. 16).
 
     Solved on the n−1 intervals between frames and summed up, so that the last frame of the window is where it was.
     """

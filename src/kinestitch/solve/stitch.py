@@ -33,7 +33,7 @@ from kinestitch.solve.chart import (
 )
 from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
-from kinestitch.solve.root import GROUND, displacement_residuals
+from kinestitch.solve.root import GROUND, chain_rotation, displacement_residuals
 from kinestitch.solve.seam import (
     FEW_SEAMS,
     Cluster,
@@ -155,9 +155,9 @@ def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translati
         hips_to_world(way, target)
         rotations[:, overturned] = mid_tangent(target[:, overturned], poses[:, :, overturned], cluster, curves)
     if way:
-        above = _product(way[:-1], rotations)
+        above = chain_rotation(way[:-1], rotations)
         rotations[:, way[-1]] = quat_multiply(quat_conjugate(above), rotations[:, way[-1]])
-    _solve_translations(placed.carrier, cluster, curves, translations, around)
+    solve_translations(placed.carrier, cluster, curves, translations, around)
 
 
 def way_to_hips(placed: Placed) -> tuple[int, ...]:
@@ -171,17 +171,10 @@ def way_to_hips(placed: Placed) -> tuple[int, ...]:
     return way if len(way) > 1 else ()
 
 
-def _product(way: Sequence[int], rotations: Array) -> Array:
-    out = rotations[..., way[0], :]
-    for joint in way[1:]:
-        out = quat_multiply(out, rotations[..., joint, :])
-    return out
-
-
 def hips_to_world(way: Sequence[int], rotations: Array) -> None:
     """Tell the hips' rotation in the world, in place; way : from :func:`way_to_hips`; rotations : (..., J, 4)."""
     if way:
-        rotations[..., way[-1], :] = _product(way, rotations)
+        rotations[..., way[-1], :] = chain_rotation(way, rotations)
 
 
 def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart) -> Charted:
@@ -195,9 +188,12 @@ def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Arra
     return principal_chart(poses, rest)
 
 
-def _solve_translations(
+def solve_translations(
     carrier: int, cluster: Cluster, curves: Array | None, translations: Array, around: Sequence[Straddling]
 ) -> None:
+    """Height and joints' translations as positions (Eq. 7), the ground path by displacements (Eq. 16), in place: (n,
+    J, 3) m.
+    """
     gaps = np.stack([seam.translations[2:] - seam.translations[:2] for seam in around])
     gaps[..., carrier, GROUND] = 0.0
     if np.any(gaps):
@@ -248,7 +244,7 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
 
     Returns quaternions (Σ n_i, J, 4). In the ``principal`` chart the vectors are taken as they are, branch and all;
     ``centred`` looks at the rotations they stand for, so that ``r`` and ``(2π − θ)(−u)`` give the same result (Eq.
-    16).
+    13).
 
     Raises ParameterError for a stiffness out of its domain, a wrong number of them, or pieces without frames.
     """
