@@ -30,7 +30,7 @@ from kinestitch.core.rotation import (
 from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import centred_chart, chart_vectors, corrected
 from kinestitch.solve.placed import Placed, straddling, target_window
-from kinestitch.solve.seam import SeamPlace, clusters, seam_energy, visible_reach
+from kinestitch.solve.seam import SeamPlace, clusters, seam_energy, shared_curves, visible_reach
 from kinestitch.solve.stitch import Solved, chart_window, hips_to_world, solve_translations, way_to_hips
 
 
@@ -204,8 +204,9 @@ def solve_proper(solved: Solved) -> Callable[[], None]:
 
     def run() -> None:
         for cluster, charted, vectors, translations, around in work:
-            corrected(vectors, charted.offsets, cluster)
-            solve_translations(solved.placed.carrier, cluster, None, translations, around)
+            curves = shared_curves(cluster)
+            corrected(vectors, charted.offsets, cluster, curves)
+            solve_translations(solved.placed.carrier, cluster, curves, translations, around)
 
     return run
 
