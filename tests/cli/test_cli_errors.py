@@ -71,7 +71,7 @@ def test_damaged_clips(kinestitch, tmp_path, name):
 
 @pytest.mark.parametrize("name", ["empty.otio", "rubbish.otio", "list.otio", "none.otio"])
 def test_damaged_documents(kinestitch, tmp_path, name):
-    for words in (("stitch", name, "-o", "out.bvh"), ("plot", name, "-o", "out.png")):
+    for words in (("stitch", name, "-o", "out.bvh"), ("plot", name, "-o", "out.png"), ("info", name)):
         error = kinestitch(*words).error
         assert name in error
         assert untouched(tmp_path)
@@ -172,6 +172,14 @@ def test_a_document_whose_clip_is_gone_or_another(kinestitch, clip, tmp_path):
     assert "got 40 at 60 fps" in kinestitch("stitch", "edit.otio", "-o", "out.bvh").error
     (tmp_path / "kick.bvh").unlink()
     assert "kick.bvh" in kinestitch("stitch", "edit.otio", "-o", "out.bvh").error
+    assert untouched(tmp_path)
+
+
+def test_the_original_takes_no_range(kinestitch, tmp_path):
+    for name in ("walk.bvh@20:40", "walk.bvh@20"):
+        error = kinestitch("stitch", name, "-o", "out.bvh").error
+        assert "Expected ORIGINAL without a range" in error
+        assert name in error
     assert untouched(tmp_path)
 
 

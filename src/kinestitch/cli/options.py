@@ -63,14 +63,20 @@ class ClipType(click.ParamType):
             source = parse_source(value)
         except ParameterError as error:
             self.fail(str(error), param, ctx)
-        clip = source[0].rpartition("@")[0]
-        if _is_clip(clip) and not _is_clip(source[0]) and not Path(source[0]).exists():
+        clip = clip_before_range(source[0])
+        if clip:
             told = value[len(clip) + 1 :]
             self.fail(f"Expected a range START:STOP behind {clip}@, such as 20:75, got {told!r}.", param, ctx)
         return source
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return [CompletionItem(incomplete, type="file")]
+
+
+def clip_before_range(text: str) -> str:
+    """``kick.fbx`` of ``kick.fbx@…``, whatever stands behind the @; empty where that is no clip, or all is one."""
+    clip = text.rpartition("@")[0]
+    return clip if _is_clip(clip) and not _is_clip(text) and not Path(text).exists() else ""
 
 
 def _is_clip(path: str) -> bool:

@@ -11,7 +11,17 @@ from kinestitch.cli.console import progress
 from kinestitch.cli.failures import tell
 from kinestitch.cli.inputs import Library, Opened, is_document
 from kinestitch.cli.keeping import preset_option, write_clip
-from kinestitch.cli.options import BEFORE, CLIP, FILE, NOT_NEGATIVE, OVER, RANGE, OrderedCommand, in_order
+from kinestitch.cli.options import (
+    BEFORE,
+    CLIP,
+    FILE,
+    NOT_NEGATIVE,
+    OVER,
+    RANGE,
+    OrderedCommand,
+    clip_before_range,
+    in_order,
+)
 from kinestitch.cli.outputs import check_output, check_suffix
 
 if TYPE_CHECKING:
@@ -121,6 +131,8 @@ def _check_paths(
     ctx: click.Context, original: str, edits: list[tuple[str, Any]], output: str, report: str | None
 ) -> None:
     check_suffix(output, documents=True)
+    if clip_before_range(original):
+        raise click.UsageError(f"Expected ORIGINAL without a range, got {original!r}. Use --delete on it.", ctx)
     references = [reference[0] for reference in map(_reference, edits) if reference is not None]
     _keep_inputs([original, *references], output, report)
     if ctx.params["take"] is not None and (is_document(original) or is_document(output)):
