@@ -13,6 +13,7 @@ from kinestitch.cli.inputs import Library, Opened, is_document
 from kinestitch.cli.keeping import preset_option, write_clip
 from kinestitch.cli.options import BEFORE, CLIP, FILE, NOT_NEGATIVE, OVER, RANGE, OrderedCommand, in_order
 from kinestitch.cli.outputs import check_output, check_suffix
+from kinestitch.cli.snapping import snapped
 
 if TYPE_CHECKING:
     from kinestitch.edit import Edit, Seam
@@ -31,6 +32,12 @@ Step = Callable[[str], None]
 @click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of all seams.  [default: 0.1]")
 @click.option(
     "--lambda", "stiffness", type=NOT_NEGATIVE, metavar="X", help="The same as the method's own λ = (seconds · fps)⁴."
+)
+@click.option(
+    "--snap",
+    type=NOT_NEGATIVE,
+    metavar="SECONDS",
+    help="Move both sides of each seam to the cheapest frames this near.",
 )
 @click.option(
     "--chart",
@@ -59,6 +66,7 @@ def stitch(
     original: str,
     smooth: float | None,
     stiffness: float | None,
+    snap: float | None,
     chart: str,
     method: str,
     skeleton_only: bool,
@@ -83,14 +91,19 @@ def stitch(
       kinestitch stitch walk.bvh --append walk.bvh --append run.bvh@:90 -o go.bvh
       kinestitch stitch walk.bvh --delete 30:50 --insert 80 jump.bvh \\
                  --smooth 0.2 --report seams.json -o out.glb
+      kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
     edits = in_order(ctx, EDITS)
     _check_paths(ctx, original, edits, output, report)
     seam = _seam(ctx, smooth, stiffness)
-    with progress(len(edits) + 5) as step:
+    with progress(len(edits) + 6) as step:
         opened, notes = _edited(Library(step), original, edits, seam)
+        if snap is not None:
+            step("looking for cheaper cuts")
+            opened, moved = snapped(opened, snap)
+            notes += moved
         _keep_inputs(opened.sources.values(), output, report)
         for note in notes:
             tell("note", note)
