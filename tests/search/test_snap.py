@@ -18,13 +18,13 @@ def clips():
 
 
 def test_moves_to_the_cheapest_pair_within_reach(clips):
-    line = ks.append(ks.delete(ks.timeline(clips, "walk"), 100, 201), "kick", 40)
+    line = ks.append(ks.delete(ks.timeline(clips, "walk"), 90, 201), "kick", 70)
     found = snap(line, clips, 0.1)
     costs = price_map(clips["walk"], clips["kick"]).costs
-    i, j = np.unravel_index(np.argmin(costs[94:107, 34:47]), (13, 13))
+    i, j = np.unravel_index(np.argmin(costs[84:97, 64:77]), (13, 13))
     # The chart is centred on the frames within reach alone, so that a neighbour may win by a hair.
-    out, into = 100 + found.moves[0][0], 40 + found.moves[0][1]
-    assert max(abs(out - (94 + i)), abs(into - (34 + j))) <= 1
+    out, into = 90 + found.moves[0][0], 70 + found.moves[0][1]
+    assert max(abs(out - (84 + i)), abs(into - (64 + j))) <= 1
     assert found.timeline.segments[0].range.stop == out
     assert found.timeline.segments[1].range.start == into
     assert found.after < found.before

@@ -73,7 +73,7 @@ def replacement_from(prices: PriceMap, limits: Limits = Limits()) -> Replacement
     """The same from a map that is already there.
 
     For every way in, the cheapest way out lies in a rectangle of the map that moves along with it; the minima of all
-    rectangles are one sliding minimum along each axis.
+    rectangles are one sliding minimum along each axis (Eq. 19).
     """
     frames, clip = prices.a.frames, prices.b.frames
     start = check_window(limits.start, 1, frames - 1, "the original's start")
