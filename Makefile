@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: reproduce demo setup test fuzz check format bench docs setup-oracles setup-blender test-oracles clean
+.PHONY: reproduce demo setup test test-bare fuzz check format bench docs setup-oracles setup-blender test-oracles clean
 
 demo: $(READY)  ## walk with a kick pasted in: clips, document, pictures and numbers in the folder demo/
 	$(BIN)/kinestitch demo demo
@@ -21,6 +21,9 @@ $(READY): pyproject.toml
 
 test: $(READY)  ## all tests that need no other program; real clips come from KINESTITCH_DATA
 	$(BIN)/python -m pytest --doctest-modules src tests --ignore=tests/oracles
+
+test-bare:  ## a fresh environment without extras, in .venv-bare: the package is whole, works, and names what misses
+	PYTHON=$(PYTHON) sh tests/install/check_bare.sh
 
 fuzz: $(READY)  ## 10,000 damaged files for every reader; what goes wrong is kept in tests/fuzz/corpus
 	$(BIN)/python tests/fuzz/run.py --count 10000

@@ -57,6 +57,16 @@ def compare(quick: bool) -> Callable[..., float]:
     return run
 
 
+@pytest.fixture
+def note() -> Callable[[str, str, float, str], None]:
+    """Put a ratio into the table that was timed elsewhere in the same run: what, rival, ratio, aim."""
+
+    def keep(what: str, rival: str, ratio: float, aim: str) -> None:
+        _rows.append(Ratio(what, rival, ratio, aim))
+
+    return keep
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--ratios", type=Path, default=None, help="write the table of ratios to this Markdown file")
 

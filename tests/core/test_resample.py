@@ -124,3 +124,8 @@ def test_one_frame_stays_one_frame():
 def test_impossible_rates_are_refused(fps: float):
     with pytest.raises(ParameterError, match="Expected fps > 0"):
         resample(random_motion(0), fps)
+
+
+def test_a_rate_that_fills_the_memory_is_refused():
+    with pytest.raises(ParameterError, match="at most 50,000,000 joint poses, got 1e"):
+        resample(random_motion(0, frames=100), 1e9)

@@ -9,8 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
+
 from kinestitch.core.motion import Motion
 from kinestitch.files import write
+from kinestitch.files.smpl import LAYOUTS, skeleton_of
 from kinestitch.samples import sample
 from kinestitch.testing import random_motion
 
@@ -115,3 +118,135 @@ def _characters() -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+PAIR = b"\n#### the motion ####\n"
+"""Between a skeleton file and the motion file that goes with it: they are damaged together."""
+
+HAND_MADE_ASF = """# a leg and an arm
+:version 1.10
+:name two limbs
+:units
+  mass 1.0
+  length 0.45
+  angle deg
+:documentation
+   made by hand
+:root
+   order TX TY TZ RX RY RZ
+   axis XYZ
+   position 0 1 0
+   orientation 0 10 0
+:bonedata
+  begin
+     id 1
+     name thigh
+     direction 0 -1 0
+     length 8
+     axis 0 0 20 XYZ
+    dof rx ry rz
+    limits (-160.0 20.0)
+           (-70.0 70.0)
+           (-60.0 70.0)
+  end
+  begin
+     id 2
+     name shin
+     direction 0 -1 0
+     length 6
+     axis 0 90 0 ZYX
+    dof rx
+    limits (-10.0 170.0)
+  end
+  begin
+     id 3
+     name arm
+     direction 0.6 0.8 0
+     length 5
+     axis 30 0 0 XYZ
+    dof rz rx
+  end
+:hierarchy
+  begin
+    root thigh arm
+    thigh shin
+  end
+"""
+HAND_MADE_AMC = """#!OML:ASF
+:FULLY-SPECIFIED
+:DEGREES
+:samples-per-second 60
+1
+root 1 2 3 0 0 0
+thigh 0 10 -3.5
+shin 20
+arm 1e1 -5
+2
+root 1.1 2 3 0 90 0
+thigh 90 0 0
+shin 90.25
+arm 0 0
+3
+root 1.2 2 3 0 181 0
+thigh 91 0 0
+shin 0
+arm 179 3
+"""
+
+
+def amc() -> Iterator[tuple[str, bytes]]:
+    """Skeleton and motion in one, see PAIR; by hand, since there is no writer."""
+    radians = HAND_MADE_ASF.replace("angle deg", "angle rad").replace("length 0.45", "length 1")
+    yield ".asf_amc", HAND_MADE_ASF.encode() + PAIR + HAND_MADE_AMC.encode()
+    yield ".asf_amc", radians.encode() + PAIR + HAND_MADE_AMC.replace(":DEGREES", ":RADIANS").encode()
+
+
+def amass() -> Iterator[tuple[str, bytes]]:
+    """What our writer makes, and arrays of every length of a pose, packed and not."""
+    rng = np.random.default_rng(5)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "seed.npz"
+        for width, save in ((66, np.savez), (72, np.savez), (156, np.savez_compressed), (165, np.savez)):
+            arrays = {"poses": rng.normal(scale=0.3, size=(2, width)), "trans": rng.normal(size=(2, 3))}
+            save(path, **arrays, mocap_framerate=60.0, gender=np.array("neutral"), betas=np.zeros(4))
+            yield ".npz", path.read_bytes()
+        parts = {"root_orient": (2, 3), "pose_body": (2, 63), "trans": (2, 3)}
+        np.savez(path, **{name: rng.normal(scale=0.3, size=shape) for name, shape in parts.items()}, fps=30)
+        yield ".npz", path.read_bytes()
+        rig = skeleton_of(LAYOUTS[0])[0]
+        still = np.tile([0.0, 0, 0, 1], (2, rig.joint_count, 1))
+        write(Motion(rig, np.tile(rig.offsets, (2, 1, 1)), still, 30.0, "still"), path)
+        yield ".npz", path.read_bytes()
+
+
+def usd() -> Iterator[tuple[str, bytes]]:
+    yield from written(".usda")
+    yield from written(".usdc")
+
+
+def c3d() -> Iterator[tuple[str, bytes]]:
+    """Two markers and a channel, by ezc3d's writer, and said to be of other machines."""
+    import ezc3d
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "seed.c3d"
+        for screen, channels in (("+Z", 1), ("+Y", 0)):
+            content = ezc3d.c3d()
+            content["parameters"]["POINT"]["RATE"]["value"] = [100]
+            content["parameters"]["POINT"]["LABELS"]["value"] = ["HEAD", "HAND"]
+            content.add_parameter("POINT", "UNITS", ["mm"])
+            content.add_parameter("POINT", "X_SCREEN", ["+X"])
+            content.add_parameter("POINT", "Y_SCREEN", [screen])
+            points = np.ones((4, 2, 3))
+            points[:3] = np.arange(18.0).reshape(3, 2, 3)
+            content["data"]["points"] = points
+            content["parameters"]["ANALOG"]["RATE"]["value"] = [200 * channels]
+            if channels:
+                content["parameters"]["ANALOG"]["LABELS"]["value"] = ["EMG"]
+                content["parameters"]["ANALOG"]["UNITS"]["value"] = ["V"]
+                content["data"]["analogs"] = np.arange(6.0).reshape(1, 1, 6)
+            content.write(str(path))
+            data = path.read_bytes()
+            place = (data[0] - 1) * 512 + 3
+            for processor in (84, 85, 86):
+                yield ".c3d", data[:place] + bytes([processor]) + data[place + 1 :]

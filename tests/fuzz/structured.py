@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import random
+import warnings
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -15,6 +18,45 @@ from kinestitch.files.glb import is_glb, parse_glb, serialise_glb
 
 NUMBERS = (0, 1, -1, 2, 3, 255, 10**6, 2**31 - 1, 2**31, 2**53, 1e-300, 0.5, -1e9, 1e30, 1e300)
 RUBBISH = (None, True, False, "", "x", [], [[]], [0], {}, {"a": 1}, [1, 2, 3, 4], "VEC3", "MAT4", *NUMBERS)
+
+
+def amass(rng: random.Random, data: bytes) -> bytes:
+    """An array of the archive changed, left out, renamed or doubled; checksums stay right."""
+    import numpy as np
+
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = {entry.filename: archive.read(entry) for entry in archive.infolist() if entry.file_size < 1 << 20}
+    except Exception:  # no archive any more
+        return data
+    if not members:
+        return data
+    name = rng.choice(sorted(members))
+    action = rng.random()
+    if action < 0.15:
+        del members[name]
+    elif action < 0.3:
+        members[rng.choice(("J.npy", "joints.npy", "poses.npy", "fps.npy", "x"))] = members[name]
+    elif action < 0.5:
+        content = bytearray(members[name])
+        for _ in range(min(len(content), rng.choice((1, 3)))):
+            content[rng.randrange(min(len(content), rng.choice((128, 1 << 20))))] = rng.randrange(256)
+        members[name] = bytes(content)
+    else:
+        shape = rng.choice(((), (0,), (1,), (3,), (2, 3), (2, 72), (24, 3), (2, 24, 3), (1, 0), (52, 3), (2, 156)))
+        value = rng.choice((0.0, 0.5, 1e9, 1e300, float("nan"), float("inf"), -1.0))
+        kind = rng.choice(("<f8", "<f4", ">f8", "<f2", "<c16", "|b1", "<i4", "<U3", "|S2", "<M8[s]", "<u8"))
+        buffer = io.BytesIO()
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            array = np.full(shape, value)
+            np.save(buffer, array.astype("<i8").astype(kind) if kind == "<M8[s]" else array.astype(kind))
+        members[name] = buffer.getvalue()
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as archive:
+        for member, content in members.items():
+            archive.writestr(zipfile.ZipInfo(member), content)
+    return out.getvalue()
 
 
 def glb(rng: random.Random, data: bytes) -> bytes:

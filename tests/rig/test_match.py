@@ -194,3 +194,19 @@ def test_real_rigs_that_differ(real_clip: Callable[[str], Motion]):
         match_motion(
             real_clip("bandai/dataset-1_walk_normal_001.bvh"), real_clip("mixamo_xbot_30fps/Idle.fbx").skeleton
         )
+
+
+def test_hips_below_a_root_go_where_their_own_size_takes_them():
+    """Their place is not a bone: a rig may put the height of the hips into the rest pose or into the motion."""
+    names, parents = ("Reference", *NAMES), (-1, *(parent + 1 for parent in PARENTS))
+    small = Skeleton(names, parents, np.vstack([np.zeros((1, 3)), OFFSETS]))
+    offsets = np.vstack([np.zeros((1, 3)), OFFSETS * 1.5])
+    offsets[1] = 0.0
+    tall = Skeleton(names, parents, offsets)
+    source = moving(body())
+    translations = np.concatenate([np.zeros((12, 1, 3)), source.translations], axis=1)
+    rotations = np.concatenate([np.broadcast_to(quat_identity(), (12, 1, 4)), source.rotations], axis=1)
+    matched = match_motion(Motion(small, translations, rotations, source.fps), tall)
+    ratio = hip_height(tall) / hip_height(small)
+    assert ratio == pytest.approx(1.5)
+    np.testing.assert_allclose(matched.translations[:, 1], translations[:, 1] * 1.5)

@@ -15,7 +15,7 @@ from kinestitch.solve.seam import (
     cluster_rows,
     clusters,
     correction,
-    displacement_curves,
+    displacement_correction,
     row_curves,
     seam_curves,
     seam_energy,
@@ -271,9 +271,20 @@ def test_rows_take_the_stiffness_of_the_nearest_seam_in_reaches():
 def test_displacements_come_back_to_where_they_were(seed: int, left: int, right: int, stiffness: float):
     place = SeamPlace(0, left, stiffness)
     cluster = clusters([place], left + right)[0]
-    curves = displacement_curves(cluster)
-    np.testing.assert_array_equal(curves[0], 0)
-    np.testing.assert_allclose(curves[-1], 0, atol=1e-10 * max(1.0, np.abs(curves).max()))
+    moved = displacement_correction(cluster, np.random.default_rng(seed).normal(size=(3, 2)))
+    np.testing.assert_array_equal(moved[0], 0)
+    np.testing.assert_allclose(moved[-1], 0, atol=1e-10 * max(1.0, np.abs(moved).max()))
+
+
+@given(SEEDS, st.integers(6, 14), st.sampled_from([(81.0,), (1.0, 81.0, 1e4), (0.0, 10.0, 1e3)]))
+def test_many_seams_are_solved_as_few_are(seed: int, seams: int, stiffness: tuple[float, ...]):
+    rng = np.random.default_rng(seed)
+    frames = np.cumsum(rng.integers(5, 60, size=seams + 1))
+    places = [SeamPlace(i, int(frames[i]), stiffness[i % len(stiffness)]) for i in range(seams)]
+    for cluster in clusters(places, int(frames[-1])):
+        offsets = rng.normal(size=(3, 2 * len(cluster.seams), 4))
+        whole = seam_curves(cluster) @ offsets
+        np.testing.assert_allclose(correction(cluster, offsets), whole, rtol=0, atol=1e-10)
 
 
 @given(st.integers(1, 30), st.integers(1, 30), LAMBDAS)

@@ -38,7 +38,7 @@ def angles(motion: Motion) -> Array:
 
 
 def flip(vectors: Array) -> Array:
-    """The same rotations told with the opposite axis, ``(2π − θ)(−u)``; (..., 3) rad (Eq. 16).
+    """The same rotations told with the opposite axis, ``(2π − θ)(−u)``; (..., 3) rad (Eq. 13).
 
     A vector of length zero has no axis and stays as it is. Flipping twice gives the vector back where θ ≤ 2π.
     """

@@ -149,7 +149,8 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, dpi: int = 150)
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise UnsupportedFormatError(f"Expected a picture that ends in {', '.join(SUFFIXES)}, got {suffix!r}. ({path})")
+        found = repr(suffix) if suffix else "no suffix"
+        raise UnsupportedFormatError(f"Expected a picture that ends in {', '.join(SUFFIXES)}, got {found}. ({path})")
     buffer = io.BytesIO()
     figure.savefig(buffer, format=suffix[1:], dpi=dpi)
     with replacing(path) as stream:

@@ -31,9 +31,8 @@ from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import chart_vectors, corrected
 from kinestitch.solve.energy import seam_price
 from kinestitch.solve.placed import Placed, straddling, target_window
-from kinestitch.solve.root import displacement_residuals
-from kinestitch.solve.seam import SeamPlace, clusters, displacement_curves, visible_reach
-from kinestitch.solve.stitch import Solved, chart_window
+from kinestitch.solve.seam import SeamPlace, clusters, visible_reach
+from kinestitch.solve.stitch import Solved, chart_window, solve_translations
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,20 +183,22 @@ def solve_proper(solved: Solved) -> Callable[[], None]:
     """
     work = []
     for cluster in clusters(solved.seams, solved.placed.frames):
-        rotations, _ = target_window(solved.placed, cluster.start, cluster.stop)
+        rotations, translations = target_window(solved.placed, cluster.start, cluster.stop)
         around = [straddling(solved.placed, seam) for seam in cluster.seams]
         poses = np.stack([seam.rotations for seam in around])
+        way = way_to_hips(solved.placed) if solved.chart == "centred" else ()
+        hips_to_world(way, rotations)
+        hips_to_world(way, poses)
         charted = chart_window(solved.placed, cluster, rotations, poses, solved.chart)
         vectors, _ = chart_vectors(
             split(charted.base)[:, None], split(rotations), charted.sign, principal=charted.principal
         )
-        work.append((cluster, charted, vectors, around))
+        work.append((cluster, charted, vectors, translations, around))
 
     def run() -> None:
-        for cluster, charted, vectors, around in work:
+        for cluster, charted, vectors, translations, around in work:
             corrected(vectors, charted.offsets, cluster)
-            residuals = np.concatenate([displacement_residuals(seam.left_path, seam.right_path) for seam in around])
-            displacement_curves(cluster) @ residuals
+            solve_translations(solved.placed.carrier, cluster, None, translations, around)
 
     return run
 

@@ -9,14 +9,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from kinestitch.errors import OutputError
+from kinestitch.errors import KinestitchError, OutputError
 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     """A binary file that takes the place of `path` when the block ends without an error, and leaves no trace otherwise.
 
-    Raises OutputError if the folder is missing or cannot be written.
+    Raises OutputError if the folder is missing or cannot be written, or has no room for the file.
     """
     target = Path(path)
     try:
@@ -35,6 +35,13 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     except IsADirectoryError as error:
         Path(name).unlink(missing_ok=True)
         raise OutputError(f"Expected a file to write, got a folder. Add a file name. ({target})") from error
+    except OSError as error:
+        Path(name).unlink(missing_ok=True)
+        if isinstance(error, KinestitchError) or error.filename is not None:
+            raise
+        raise OutputError(
+            f"Expected a file that can be written, got: {error.strerror}. Choose another output path. ({target})"
+        ) from error
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise

@@ -15,6 +15,10 @@ RATE_TOLERANCE = 5e-4
 """Rates within this share of each other count as equal: BVH's 0.0333333 s is 30 fps."""
 
 
+MOST_POSES = 50_000_000
+"""Frames times joints that a resampled clip may have: some gigabytes, or two hours of 65 joints at 100 fps."""
+
+
 def same_rate(fps: float, other: float) -> bool:
     """Whether two frame rates count as equal."""
     return abs(fps - other) <= RATE_TOLERANCE * max(fps, other)
@@ -46,6 +50,11 @@ def resample(motion: Motion, fps: float) -> Motion:
         raise ParameterError(f"Expected fps > 0, got {fps}.")
     if same_rate(motion.fps, fps):
         return motion if motion.fps == fps else replace(motion, fps=fps)
+    values = resampled_frames(motion.frames, motion.fps, fps) * motion.skeleton.joint_count
+    if values > MOST_POSES:
+        raise ParameterError(
+            f"Expected a rate that leaves at most {MOST_POSES:,} joint poses, got {fps:g} fps, which makes {values:,}."
+        )
     position = np.arange(resampled_frames(motion.frames, motion.fps, fps)) * (motion.fps / fps)
     nearest = np.rint(position)
     position = np.where(np.abs(position - nearest) < 1e-6, nearest, position)

@@ -132,16 +132,16 @@ def _in_time(placed: list[_Placed]) -> list[_Placed]:
     return sorted(placed, key=lambda entry: (entry.edit.kind == "append", entry.start))
 
 
-def parse_range(text: str) -> tuple[int, int]:
-    """The two frame numbers of ``60:110``; raises ParameterError for anything else.
+def parse_range(text: str) -> tuple[int | None, int | None]:
+    """The two frame numbers of ``60:110``, None for an end that is left out; raises ParameterError for anything else.
 
-    >>> parse_range("60:110")
-    (60, 110)
+    >>> parse_range("60:110"), parse_range("60:")
+    ((60, 110), (60, None))
     """
-    match = re.fullmatch(r"\s*([0-9]{1,18}):([0-9]{1,18})\s*", text)
+    match = re.fullmatch(r"\s*([0-9]{0,18}):([0-9]{0,18})\s*", text)
     if match is None:
         raise ParameterError(f"Expected a range START:STOP such as 60:110, got {text!r}.")
-    return int(match[1]), int(match[2])
+    return int(match[1]) if match[1] else None, int(match[2]) if match[2] else None
 
 
 def parse_source(text: str) -> tuple[str, int | None, int | None]:

@@ -268,5 +268,9 @@ def timeline(clips: Mapping[str, Motion] | Iterable[ClipInfo], key: str) -> Time
         infos = tuple(clips)
     for info in infos:
         if info.key == key:
+            infos = (
+                info,
+                *(other for other in infos if other.key != key),
+            )  # the original leads: its rig is the result's
             return Timeline(infos, (Segment(key, FrameRange(0, info.frames)),), (), info.fps)
     raise _missing(key, [info.key for info in infos])

@@ -21,7 +21,9 @@ h1 { font-size: 1.7rem; } h2 { margin-top: 3rem; border-top: 1px solid #ddd; pad
 figure { margin: 1.5rem 0; } img, video { max-width: 100%; height: auto; } figcaption { color: #555; font-size: .9rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .5rem 0; }
 .wide { overflow-x: auto; }
-th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #e5e5e5; font-size: .92rem; }
+th:first-child, td:first-child { min-width: 9rem; }
+th, td { text-align: left; vertical-align: top; padding: .25rem .8rem .25rem 0; font-size: .92rem; }
+th, td { border-bottom: 1px solid #e5e5e5; }
 .verdict { display: inline-block; padding: 0 .5rem; border-radius: .6rem; font-size: .85rem; white-space: nowrap; }
 .reproduced { background: #d8efe4; } .limits { background: #fdeecb; } .not { background: #f8d7d3; }
 .measured { background: #e3ebf5; } .missing { background: #eee; }

@@ -56,12 +56,12 @@ def reproduce(
     """
     sets = data_sets(folder)
     main = sets[0]
-    cuts, seams, limit = (6, 6, 10) if quick else (40, 200, 150)
+    cuts, seams, limit = (6, 6, 10) if quick else (40, 200, 10_000)
     sizes = (100, 300, 1_000) if quick else (100, 300, 1_000, 2_000, 10_000, 100_000, 1_000_000)
     steps: Sequence[tuple[str, Callable[[], Section]]] = (
         ("overview", overview.run),
         ("effect", lambda: effect.run(main, cuts=cuts, seed=seed)),
-        ("against Blender", lambda: against_blender.run(main, cuts=2 if quick else 10, seed=seed)),
+        ("against Blender", lambda: against_blender.run(main, cuts=2 if quick else 40, seed=seed)),
         ("across categories", lambda: path.cross_category(main)),
         ("root translation", lambda: path.root_path(main)),
         ("axes", lambda: axes.run(sets, seed=seed)),

@@ -175,7 +175,8 @@ def _rate(arrays: dict[str, Any]) -> float:
             value = np.asarray(arrays[key]).reshape(-1)
             rate = float(value[0]) if value.size == 1 and value.dtype.kind in "fiu" else math.nan
             if not (math.isfinite(rate) and rate > 0):
-                raise FormatError(f"Expected a frame rate > 0 in {key!r}, got {str(arrays[key])[:24]}.")
+                got = f"{value.item()!r:.24}" if value.size == 1 else f"{value.size} values"
+                raise FormatError(f"Expected a frame rate > 0 in {key!r}, got {got}.")
             return snap_rate(rate)
     raise FormatError(f"Expected a frame rate in {' or '.join(_RATES)}, got none. Pass fps=.")
 

@@ -29,7 +29,7 @@ from kinestitch.core.rotation import (
     rotvec_to_quat,
 )
 from kinestitch.errors import ParameterError
-from kinestitch.solve.seam import Cluster, correction, visible_reach
+from kinestitch.solve.seam import Cluster, correction, local_curves, visible_reach
 
 Chart = Literal["centred", "principal"]
 CHARTS: tuple[Chart, ...] = ("centred", "principal")
@@ -176,15 +176,17 @@ def corrected(vectors: Array, offsets: Array, cluster: Cluster) -> Array:
     return np.add(vectors, correction(cluster, offsets))
 
 
-def solve_rotations(charted: Charted, cluster: Cluster, curves: Array, rotations: Array) -> NDArray[np.intp]:
+def solve_rotations(charted: Charted, cluster: Cluster, curves: Array | None, rotations: Array) -> NDArray[np.intp]:
     """Solve all seams of a cluster's window in place (Eq. 5, 7).
 
-    curves : (n, 2S) of :func:`seam_curves`; rotations : (n, J, 4), the hard cut, becomes the result
+    curves : (n, 2S) of :func:`seam_curves`, or None for many seams; rotations : (n, J, 4), the hard cut, becomes the
+    result
 
     Returns the indices of joints that turn almost all the way round near a seam or between two seams, for which
     :func:`mid_tangent` is the better form.
     """
     offsets = charted.offsets
+    whole = correction(cluster, offsets) if curves is None else np.empty(0)
     frames, joints = rotations.shape[:2]
     overturned = _takes_long_way(charted)
     near = _near_seams(cluster)
@@ -195,7 +197,7 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array, rotations
         here = base[:, : (rows.stop - start) * joints]
         sign = None if charted.sign is None else charted.sign[rows].reshape(-1)
         vectors, sign = chart_vectors(here, split(rotations[rows].reshape(-1, 4)), sign, principal=charted.principal)
-        vectors += (curves[rows] @ offsets).reshape(3, -1)
+        vectors += (whole[:, rows] if curves is None else curves[rows] @ offsets).reshape(3, -1)
         join(unchart(here, vectors, sign), out=rotations[rows].reshape(-1, 4))
         if near[rows].any() and not charted.principal:
             square = (vectors**2).sum(axis=0).reshape(-1, joints)[near[rows]]
@@ -225,9 +227,9 @@ def _near_seams(cluster: Cluster) -> np.ndarray:
     return near
 
 
-def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: Array) -> Array:
+def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: Array | None) -> Array:
     """The form for joints that turn almost all the way round: corrections live in the tangent at the middle of each
-    gap (Eq. 13).
+    gap (Eq. 12).
 
     With d̄ the log of the mean relative rotation and H = exp(d̄/2), the left side becomes ``a exp(d̄/2) exp(c −
     d̄/2)``, the right side ``b exp(−d̄/2) exp(c + d̄/2)``, and the offsets are ``d̄ + log(H⁻¹ rel H⁻¹)``.
@@ -235,29 +237,42 @@ def mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: A
     Seams with overlapping windows are solved one after the other, each with the poses that those before it have left,
     in both orders; the middle of the two commutes with time reversal.
 
-    rotations : (n, J, 4); straddling : (S, 4, J, 4); curves : (n, 2S). Returns (n, J, 4).
+    rotations : (n, J, 4); straddling : (S, 4, J, 4); curves : (n, 2S), or None for many seams. Returns
+    (n, J, 4).
     """
     order = range(len(straddling))
-    there = _mid_tangent(rotations, straddling, cluster, curves, order)
+    whole = slice(0, cluster.frames)
+    near = local_curves(cluster) if curves is None else [(whole, curves[:, 2 * s : 2 * s + 2]) for s in order]
+    there = _mid_tangent(rotations, straddling, cluster, near, order)
     if len(order) == 1:
         return there
-    return quat_slerp(there, _mid_tangent(rotations, straddling, cluster, curves, order[::-1]), np.array(0.5))
+    return quat_slerp(there, _mid_tangent(rotations, straddling, cluster, near, order[::-1]), np.array(0.5))
 
 
-def _mid_tangent(rotations: Array, straddling: Array, cluster: Cluster, curves: Array, order: Sequence[int]) -> Array:
-    poses, frames = straddling.copy(), cluster.local_frames
-    left_of = np.arange(cluster.frames)[:, None, None]
+def _mid_tangent(
+    rotations: Array,
+    straddling: Array,
+    cluster: Cluster,
+    curves: Sequence[tuple[slice, Array]],
+    order: Sequence[int],
+) -> Array:
+    """One seam after the other in the given order; curves : per seam the frames it reaches and g₀, g₁ on them."""
+    poses, frames, out = straddling.copy(), cluster.local_frames, rotations.copy()
     for place, seam in enumerate(order):
         mean, offsets = _mid_offsets(poses[seam])
-        change = np.einsum("nk,kjc->njc", curves[:, 2 * seam : 2 * seam + 2], offsets)
-        half = np.where(left_of < frames[seam], 0.5, -0.5) * mean
-        rotations = quat_multiply(quat_multiply(rotations, rotvec_to_quat(half)), rotvec_to_quat(change - half))
+        near, values = curves[seam]
+        change = np.einsum("nk,kjc->njc", values, offsets)
+        left = np.arange(near.start, near.stop)[:, None, None] < frames[seam]
+        half = np.where(left, 0.5, -0.5) * mean
+        out[near] = quat_multiply(quat_multiply(out[near], rotvec_to_quat(half)), rotvec_to_quat(change - half))
         for other in order[place + 1 :]:
-            near = [frames[other] - 1, frames[other]] * 2
+            if not near.start < frames[other] < near.stop:
+                break
+            rows = [frames[other] - 1 - near.start, frames[other] - near.start] * 2
             half = (0.5 if other < seam else -0.5) * mean
-            turn = quat_multiply(rotvec_to_quat(half), rotvec_to_quat(change[near] - half))
+            turn = quat_multiply(rotvec_to_quat(half), rotvec_to_quat(change[rows] - half))
             poses[other] = quat_multiply(poses[other], turn)
-    return rotations
+    return out
 
 
 def _mid_offsets(straddling: Array) -> tuple[Array, Array]:

@@ -41,7 +41,7 @@ def transposed_second_difference(e: ArrayLike) -> Array:
 
 
 MAX_STIFFNESS = 1e12
-"""Above this λ the system is singular to double precision; its seams would reach over some thousand frames."""
+"""Far above this λ the system is singular to double precision; its seams would reach over forty thousand frames."""
 
 
 def check_stiffness(values: ArrayLike) -> None:

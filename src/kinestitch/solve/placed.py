@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinestitch.core.motion import Motion
-from kinestitch.core.resample import resample
+from kinestitch.core.resample import resample, same_rate
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import Timeline
@@ -83,6 +83,10 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
             known = ", ".join(map(repr, clips)) or "none"
             raise MissingClipError(f"Expected a motion for clip {key!r}, got {known}. Pass it in `clips`.")
         info, found = timeline.clip(key), clips[key].frames
+        if not same_rate(info.fps, clips[key].fps):
+            raise RangeError(
+                f"Expected {info.fps:g} fps in clip {key!r}, as its timeline says, got {clips[key].fps:g}."
+            )
         if info.frames != found:
             raise RangeError(f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {found}.")
     original = clips[first]

@@ -8,6 +8,7 @@ every heading function is singular somewhere.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,9 +55,14 @@ def world_rotation(skeleton: Skeleton, carrier: int, joint: int, rotations: Arra
     world.
     """
     chain = skeleton.chain(joint)
-    out = rotations[..., carrier, :]
-    for below in chain[chain.index(carrier) + 1 :] if carrier in chain else ():
-        out = quat_multiply(out, rotations[..., below, :])
+    return chain_rotation(chain[chain.index(carrier) :] if carrier in chain else (carrier,), rotations)
+
+
+def chain_rotation(way: Sequence[int], rotations: Array) -> Array:
+    """Product (..., 4) of the rotations (..., J, 4) of some joints, each below the one before it."""
+    out = rotations[..., way[0], :]
+    for joint in way[1:]:
+        out = quat_multiply(out, rotations[..., joint, :])
     return out
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinestitch.core.rotation import Array
-from kinestitch.solve.laplacian import normal_bands, solve_bands
+from kinestitch.solve.laplacian import normal_bands, solve_bands, transposed_second_difference
 
 
 def seam_reach(stiffness: float) -> int:
@@ -29,6 +29,10 @@ def seam_reach(stiffness: float) -> int:
 def visible_reach(stiffness: float) -> int:
     """Frames after which a position gap has fallen below 5 % of its peak: about ``4.2 λ^¼`` (Eq. 9)."""
     return max(1, math.ceil(4.2 * stiffness**0.25))
+
+
+FEW_SEAMS = 4
+"""Up to so many seams share whole curves over their window; more are taken one by one, each on its own reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,24 +134,51 @@ def seam_curves(cluster: Cluster) -> Array:
     return curves
 
 
-def displacement_curves(cluster: Cluster) -> Array:
-    """For each seam the responses to residuals in the interval rows m−2, m−1, m, as corrections of position: (n, 3S)
-    (Eq. 12).
+def local_curves(cluster: Cluster) -> list[tuple[slice, Array]]:
+    """For each seam the frames of the window that it reaches, and g₀, g₁ on them, (w, 2): for clusters of many.
+
+    The reach is that of the cluster's largest λ, so that less than 1e-12 of a curve is left out.
+    """
+    rows = cluster_rows(cluster)
+    reach = seam_reach(max(seam.stiffness for seam in cluster.seams))
+    found = []
+    for m in cluster.local_frames:
+        start, stop = max(0, m - reach), min(cluster.frames, m + reach)
+        near = rows[start:stop].copy()
+        near[0] = near[-1] = 0.0
+        curves = row_curves(near, [m - start, m - 1 - start])
+        curves[:, 1] *= -1.0
+        found.append((slice(start, stop), curves))
+    return found
+
+
+def displacement_correction(cluster: Cluster, residuals: Array) -> Array:
+    """What the seams' residuals in the interval rows m−2, m−1, m, (3S, C) m, do to positions: (n, C) m (Eq. 16).
 
     Solved on the n−1 intervals between frames and summed up, so that the last frame of the window is where it was.
     """
-    places = [place for m in cluster.local_frames for place in (m - 2, m - 1, m)]
-    curves = row_curves(cluster_rows(cluster, intervals=True), places)
-    position = np.zeros((cluster.frames, curves.shape[1]))
-    np.cumsum(curves, axis=0, out=position[1:])
+    rows = cluster_rows(cluster, intervals=True)
+    error = np.zeros((len(rows), residuals.shape[1]))
+    for seam, m in enumerate(cluster.local_frames):
+        for row, value in zip((m - 2, m - 1, m), residuals[3 * seam : 3 * seam + 3], strict=True):
+            if 0 < row < len(rows) - 1:
+                error[row] += value
+    position = np.zeros((cluster.frames, residuals.shape[1]))
+    rhs = transposed_second_difference(rows[:, None] * error)
+    np.cumsum(solve_bands(normal_bands(rows), rhs), axis=0, out=position[1:])
     return position
 
 
 def correction(cluster: Cluster, offsets: Array) -> Array:
-    """The correction (n, C) of a cluster's window from its seams' offsets (2S, C): rows d_{m−1}, d_m of each seam
+    """The correction (..., n, C) of a cluster's window from its seams' offsets (..., 2S, C), rows d_{m−1}, d_m each
     (Eq. 7).
     """
-    return seam_curves(cluster) @ offsets
+    if len(cluster.seams) <= FEW_SEAMS:
+        return seam_curves(cluster) @ offsets
+    out = np.zeros((*offsets.shape[:-2], cluster.frames, offsets.shape[-1]))
+    for seam, (near, curves) in enumerate(local_curves(cluster)):
+        out[..., near, :] += curves @ offsets[..., 2 * seam : 2 * seam + 2, :]
+    return out
 
 
 def seam_kernel(rows: Array, place: int) -> Array:

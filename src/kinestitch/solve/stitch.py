@@ -31,9 +31,18 @@ from kinestitch.solve.chart import (
     principal_chart,
     solve_rotations,
 )
+from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
-from kinestitch.solve.root import GROUND, displacement_residuals
-from kinestitch.solve.seam import Cluster, SeamPlace, clusters, displacement_curves, seam_curves
+from kinestitch.solve.root import GROUND, chain_rotation, displacement_residuals
+from kinestitch.solve.seam import (
+    FEW_SEAMS,
+    Cluster,
+    SeamPlace,
+    clusters,
+    correction,
+    displacement_correction,
+    seam_curves,
+)
 
 Method = Literal["laplacian", "cut"]
 METHODS: tuple[Method, ...] = ("laplacian", "cut")
@@ -139,16 +148,16 @@ def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translati
     hips_to_world(way, rotations)
     hips_to_world(way, poses)
     charted = chart_window(placed, cluster, rotations, poses, chart)
-    curves = seam_curves(cluster)
+    curves = seam_curves(cluster) if len(cluster.seams) <= FEW_SEAMS else None
     overturned = solve_rotations(charted, cluster, curves, rotations)
     if len(overturned):
         target = target_window(placed, cluster.start, cluster.stop)[0]
         hips_to_world(way, target)
         rotations[:, overturned] = mid_tangent(target[:, overturned], poses[:, :, overturned], cluster, curves)
     if way:
-        above = _product(way[:-1], rotations)
+        above = chain_rotation(way[:-1], rotations)
         rotations[:, way[-1]] = quat_multiply(quat_conjugate(above), rotations[:, way[-1]])
-    _solve_translations(placed.carrier, cluster, curves, translations, around)
+    solve_translations(placed.carrier, cluster, curves, translations, around)
 
 
 def way_to_hips(placed: Placed) -> tuple[int, ...]:
@@ -162,17 +171,10 @@ def way_to_hips(placed: Placed) -> tuple[int, ...]:
     return way if len(way) > 1 else ()
 
 
-def _product(way: Sequence[int], rotations: Array) -> Array:
-    out = rotations[..., way[0], :]
-    for joint in way[1:]:
-        out = quat_multiply(out, rotations[..., joint, :])
-    return out
-
-
 def hips_to_world(way: Sequence[int], rotations: Array) -> None:
     """Tell the hips' rotation in the world, in place; way : from :func:`way_to_hips`; rotations : (..., J, 4)."""
     if way:
-        rotations[..., way[-1], :] = _product(way, rotations)
+        rotations[..., way[-1], :] = chain_rotation(way, rotations)
 
 
 def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Array, chart: Chart) -> Charted:
@@ -186,17 +188,21 @@ def chart_window(placed: Placed, cluster: Cluster, rotations: Array, poses: Arra
     return principal_chart(poses, rest)
 
 
-def _solve_translations(
-    carrier: int, cluster: Cluster, curves: Array, translations: Array, around: Sequence[Straddling]
+def solve_translations(
+    carrier: int, cluster: Cluster, curves: Array | None, translations: Array, around: Sequence[Straddling]
 ) -> None:
+    """Height and joints' translations as positions (Eq. 7), the ground path by displacements (Eq. 16), in place: (n,
+    J, 3) m.
+    """
     gaps = np.stack([seam.translations[2:] - seam.translations[:2] for seam in around])
     gaps[..., carrier, GROUND] = 0.0
     if np.any(gaps):
         joints = np.flatnonzero(np.any(gaps, axis=(0, 1, 3)))
         offsets = gaps[:, :, joints].reshape(2 * len(around), -1)
-        translations[:, joints] += (curves @ offsets).reshape(len(translations), len(joints), 3)
+        change = correction(cluster, offsets) if curves is None else curves @ offsets
+        translations[:, joints] += change.reshape(len(translations), len(joints), 3)
     residuals = np.concatenate([displacement_residuals(seam.left_path, seam.right_path) for seam in around])
-    translations[:, carrier, GROUND] += displacement_curves(cluster) @ residuals
+    translations[:, carrier, GROUND] += displacement_correction(cluster, residuals)
 
 
 def _frame_above(placed: Placed) -> tuple[Array, Array]:
@@ -238,11 +244,13 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
 
     Returns quaternions (Σ n_i, J, 4). In the ``principal`` chart the vectors are taken as they are, branch and all;
     ``centred`` looks at the rotations they stand for, so that ``r`` and ``(2π − θ)(−u)`` give the same result (Eq.
-    16).
+    13).
 
-    Raises ParameterError for a stiffness that is negative or not finite, or a wrong number of them.
+    Raises ParameterError for a stiffness out of its domain, a wrong number of them, or pieces without frames.
     """
     check_chart(chart)
+    if not pieces or any(np.ndim(piece) != 3 or len(piece) < 3 for piece in pieces):
+        raise ParameterError("Expected pieces of shape (n + 2, J, 3) with n ≥ 1, got none or a shorter one.")
     lambdas = _stiffnesses(stiffness, len(pieces) - 1)
     ends = np.cumsum([len(piece) - 2 for piece in pieces])
     vectors = np.concatenate([piece[1:-1] for piece in pieces])
@@ -254,7 +262,8 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
         if chart == "centred":
             poses = rotvec_to_quat(around)
             charted = centred_chart(rotations[here], poses, cluster.local_frames)
-            curves, target = seam_curves(cluster), rotations[here].copy()
+            curves = seam_curves(cluster) if len(cluster.seams) <= FEW_SEAMS else None
+            target = rotations[here].copy()
             joints = solve_rotations(charted, cluster, curves, rotations[here])
             rotations[here, joints] = mid_tangent(target[:, joints], poses[:, :, joints], cluster, curves)
         else:
@@ -267,6 +276,5 @@ def _stiffnesses(stiffness: float | Sequence[float], seams: int) -> list[float]:
     values = np.asarray(stiffness, dtype=np.float64)
     if values.ndim and values.shape != (seams,):
         raise ParameterError(f"Expected one stiffness λ, or {seams} (one for each seam), got {values.size}.")
-    if not (np.isfinite(values).all() and (values >= 0).all()):
-        raise ParameterError(f"Expected a stiffness λ ≥ 0, got {stiffness}.")
+    check_stiffness(values)
     return [float(value) for value in np.broadcast_to(values, (seams,))]
