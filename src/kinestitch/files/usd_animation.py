@@ -128,9 +128,9 @@ def _tracks(take: Take, times: Array) -> dict[str, Array]:
     for attribute, name, width in zip(_attributes(take), ("translation", "rotation", "scale"), (3, 4, 3), strict=True):
         moving = attribute.ValueMightBeTimeVarying()
         values = [attribute.Get(time) for time in (times if moving else times[:1]).tolist()]
-        if values[0] is None or not len(values[0]):
-            continue
         try:
+            if values[0] is None or not len(values[0]):
+                continue
             track = np.array([np.array(value, dtype=np.float64) for value in values])
         except (TypeError, ValueError) as error:
             raise FormatError(f"Expected as many {name}s on every frame of {take.name!r}, got others.") from error
