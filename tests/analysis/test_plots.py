@@ -35,3 +35,14 @@ def test_a_constant_turn_has_none(drawn):
     plots.plot_joint(joint(2.0 * np.arange(30.0)), 0, "x.png")
     (line,) = drawn[0].axes[1].lines
     np.testing.assert_allclose(line.get_ydata(), 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("frames", [1, 30])
+def test_a_joint_that_holds_still_has_axes_that_can_be_read(drawn, frames):
+    plots.plot_joint(joint(np.full(frames, 10.0)), 0, "x.png")
+    for panel, least in zip(drawn[0].axes, (0.9, 0.01), strict=True):
+        low, high = panel.get_ylim()
+        assert least <= high - low < 10
+        assert all(line.get_marker() == ("o" if frames == 1 else "None") for line in panel.lines)
+    low, high = drawn[0].axes[0].get_xlim()
+    assert high - low >= 1

@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from kinestitch.cli.failures import STOPPED
+from kinestitch.core.atomic import replacing
 
 
 @pytest.fixture(autouse=True)
@@ -84,6 +85,12 @@ WRONG = [
     (("--replace", "20:61", "kick.bvh"), "within 0:60 of the timeline, got 20:61"),
     (("--replace", "20:30", "kick.bvh@5:41"), "within 0:40 of clip 'kick', got 5:41"),
     (("--replace", "20:30", "kick.bvh@9:9"), "got 9:9"),
+    (("--append", "kick.bvh@-5:"), "START:STOP behind kick.bvh@, such as 20:75, got '-5:'"),
+    (("--append", "kick.bvh@3"), "got '3'"),
+    (("--append", "none.bvh@a:b"), "got 'a:b'"),
+    (("--append", "kick.bvh@1:2@3:4"), "got '1:2@3:4'"),
+    (("--append", "none@2.bvh"), "none@2.bvh"),
+    (("--delete", ":"), "at least one frame"),
     (("--replace", "20:30", "@1:2"), "PATH@START:STOP"),
     (("--replace", "20:30"), "got the option '-o'"),
     (("--append", "--delete", "1:2"), "got the option '--delete'"),
@@ -118,7 +125,7 @@ def test_wrong_edits_and_settings(kinestitch, tmp_path, words, told):
 
 OUTPUTS = [
     ("out.xyz", "ends in .bvh"),
-    ("out", "no suffix"),
+    ("out", "got no suffix."),
     ("missing/out.bvh", "existing folder"),
     ("folder.bvh", "got a folder"),
     ("walk.bvh", "got an input"),
@@ -180,6 +187,7 @@ def test_settings_that_a_document_does_not_hold(kinestitch):
         (("convert", "walk.bvh", "out.bvh", "--fps", "many"), "'many'"),
         (("convert", "walk.bvh", "out.bvh", "--fps", "1e15"), "xpected"),
         (("convert", "walk.bvh", "out.bvh", "--unit", "parsec"), "'parsec'"),
+        (("convert", "out.glb", "out.bvh", "--unit", "cm"), "an option of glTF (take), got"),
         (("convert", "walk.bvh", "out.bvh", "--unit", "-1"), "unit > 0"),
         (("convert", "walk.bvh", "out.bvh", "--take", "one"), "'take'"),
         (("convert", "walk.bvh"), "Missing argument 'OUT'"),
@@ -261,6 +269,17 @@ def test_a_full_disk_leaves_the_old_file(kinestitch, monkeypatch, tmp_path):
     monkeypatch.setattr("kinestitch.files.write", failing)
     error = kinestitch("stitch", "walk.bvh", "-o", "out.bvh", "--report", "r.json").error
     assert "No space left" in error
+    assert untouched(tmp_path)
+
+
+def test_a_file_that_grows_too_large_is_named(kinestitch, monkeypatch, tmp_path):
+    def failing(*_: object, **__: object) -> None:
+        with replacing("out.bvh"):
+            raise OSError(27, "File too large")
+
+    monkeypatch.setattr("kinestitch.files.write", failing)
+    error = kinestitch("stitch", "walk.bvh", "-o", "out.bvh", "--report", "r.json").error
+    assert error.endswith("got: File too large. Choose another output path. (out.bvh)")
     assert untouched(tmp_path)
 
 

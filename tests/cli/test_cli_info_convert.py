@@ -106,3 +106,22 @@ def test_convert_is_not_for_edits(kinestitch):
     assert kinestitch("stitch", "walk.bvh", "-o", "edit.otio").code == 0
     assert "kinestitch stitch" in kinestitch("convert", "edit.otio", "out.bvh").error
     assert not Path("out.bvh").exists()
+
+
+def test_info_of_an_edit(kinestitch, clip, tmp_path):
+    clip("walk.bvh", frames=60, seed=1)
+    clip("kick.bvh", frames=40, seed=2)
+    words = ("stitch", "walk.bvh", "--replace", "20:30", "kick.bvh@5:35", "--smooth", "0.2", "-o", "edit.otio")
+    assert kinestitch(*words).code == 0
+    (tmp_path / "kick.bvh").unlink()
+    ran = kinestitch("info", "edit.otio")
+    assert (ran.code, ran.err) == (0, "")
+    for told in (
+        *("80, numbered 0 to 79", "from 20: kick 5:35", "from 50: walk 30:60"),
+        *("before 50: smoothing 0.2 s (λ = 1296)", "walk: 60 frames, 30 fps", "kick.bvh (not found)"),
+    ):
+        assert told in ran.out
+    (facts,) = json.loads(kinestitch("info", "edit.otio", "--json").out)
+    assert [part["clip"] for part in facts["segments"]] == ["walk", "kick", "walk"]
+    assert [seam["frame"] for seam in facts["seams"]] == [20, 50]
+    assert [source["found"] for source in facts["sources"]] == [True, False]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
-from time import perf_counter
 
 import pytest
 
@@ -61,11 +61,9 @@ def test_views_by_name_or_degrees(kinestitch, edit, view):
     assert kinestitch("filmstrip", "walk.bvh", "-o", "out.png", "--poses", 2, "--view", view).code == 0
 
 
-def test_demo_writes_everything_within_ten_seconds(tmp_path):
-    start = perf_counter()
+def test_demo_writes_everything(tmp_path):
     words = [sys.executable, "-m", "kinestitch", "demo"]
     ran = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert perf_counter() - start < 10
     folder = tmp_path / "kinestitch-demo"
     assert {path.name for path in folder.iterdir()} == {*CLIPS, *RESULTS}
     assert ran.stderr == ""
@@ -79,9 +77,21 @@ def test_demo_writes_everything_within_ten_seconds(tmp_path):
 
 def test_the_demo_says_how_to_do_it_by_hand(kinestitch):
     ran = kinestitch("demo", "some where")
-    by_hand = kinestitch(*shlex.split(ran.out.splitlines()[-1])[1:])
+    words = shlex.split(ran.out.splitlines()[-1])
+    by_hand = kinestitch(*words[words.index("stitch") :])
     assert by_hand.code == 0
     assert_motion_close(read("some where/mine.bvh"), read("some where/walk_kick.bvh"), degrees=1e-3, metres=1e-5)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_its_command_starts_what_was_started(kinestitch, monkeypatch, tmp_path, known):
+    program = tmp_path / "kinestitch"
+    program.touch()
+    monkeypatch.setattr(shutil, "which", lambda name: "/somewhere/kinestitch" if known else None)
+    for started, start in ((str(program), [str(program)]), ("x/__main__.py", [sys.executable, "-m", "kinestitch"])):
+        monkeypatch.setattr(sys, "argv", [started, "demo"])
+        words = shlex.split(kinestitch("demo", "here").out.splitlines()[-1])
+        assert words[: words.index("stitch")] == (["kinestitch"] if known else start)
 
 
 def test_the_demo_replaces_its_own_files_only(kinestitch, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
@@ -11,8 +12,8 @@ import numpy as np
 import pytest
 
 from kinestitch.edit import DEFAULT_SMOOTHING, FrameRange, Seam, load_document
-from kinestitch.files import read
-from kinestitch.testing import assert_motion_close
+from kinestitch.files import read, write
+from kinestitch.testing import assert_motion_close, random_motion
 
 
 def segments(path) -> list[str]:
@@ -82,6 +83,50 @@ def test_names_may_hold_spaces_at_signs_colons_and_dashes(kinestitch, clip, name
     assert ran.code == 0
     assert kinestitch("stitch", "edit.otio", "-o", "again.bvh").code == 0
     assert_motion_close(read("again.bvh"), read(name), degrees=1e-4, metres=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (("--replace", "40:", "kick.bvh@5:9"), ["walk@0:40", "kick@5:9"]),
+        (("--replace", ":40", "kick.bvh@5:9"), ["kick@5:9", "walk@40:60"]),
+        (("--replace", ":", "kick.bvh@5:9"), ["kick@5:9"]),
+        (("--delete", "40:"), ["walk@0:40"]),
+        (("--delete", ":40"), ["walk@40:60"]),
+    ],
+)
+def test_and_of_the_range_that_is_taken_out(kinestitch, words, shown):
+    assert kinestitch("stitch", "walk.bvh", *words, "-o", "edit.otio").code == 0
+    assert segments("edit.otio") == shown
+
+
+def test_what_a_clip_goes_through_is_told(kinestitch, clip):
+    fast = clip("fast.bvh", frames=121, fps=60.0, seed=4)
+    skeleton = replace(fast.skeleton, offsets=fast.skeleton.offsets * 2)
+    write(replace(fast, skeleton=skeleton, translations=fast.translations * 2), "big.bvh")
+    ran = kinestitch("stitch", "walk.bvh", "--append", "fast.bvh", "--append", "big.bvh@0:9", "-o", "out.bvh")
+    assert ran.code == 0
+    assert ran.err.splitlines() == [
+        "note: fast.bvh: 60 fps resampled to 30.",
+        "note: big.bvh: 60 fps resampled to 30.",
+        "note: big.bvh: scaled by 0.5 to the body of walk.bvh.",
+    ]
+
+
+def test_the_table_tells_each_seams_smoothing_time(kinestitch):
+    words = ("stitch", "walk.bvh", "--append", "kick.bvh@5:", "-o", "out.bvh")
+    assert "smooth s" in kinestitch(*words).out
+    assert " 0.25 " in kinestitch(*words, "--smooth", "0.25").out
+    assert " 0.5 " in kinestitch(*words, "--lambda", 15**4).out
+
+
+def test_a_take_of_the_original(kinestitch):
+    write(random_motion(7, frames=20), "two.glb")
+    ran = kinestitch("stitch", "two.glb", "--take", "random 7", "--append", "walk.bvh", "-o", "out.glb")
+    assert ran.code == 0, ran.err
+    assert read("out.glb").frames == 80
+    assert "'other'" in kinestitch("stitch", "two.glb", "--take", "other", "-o", "out.glb").error
+    assert "no --take" in kinestitch("stitch", "two.glb", "--take", "random 7", "-o", "out.otio").error
 
 
 def test_a_clip_of_another_rate_is_resampled_and_its_range_with_it(kinestitch, clip):

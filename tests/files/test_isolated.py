@@ -42,7 +42,7 @@ def test_options_reach_the_reader(clip, child):
     assert np.allclose(child.read(clip, unit="m").skeleton.offsets, read_bvh(clip, unit="m").skeleton.offsets)
     with pytest.raises(ParameterError, match=r"Expected a unit out of auto.*got 'mile'"):
         child.read(clip, unit="mile")
-    with pytest.raises(ParameterError, match="Expected an option of BVH, got 'speed'"):
+    with pytest.raises(ParameterError, match=r"Expected an option of BVH \(unit\), got 'speed'"):
         child.read(clip, speed=2)
     with pytest.raises(ParameterError, match="Expected options of text, numbers and paths"):
         child.read(clip, unit=object())

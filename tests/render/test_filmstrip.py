@@ -10,6 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_identity
@@ -154,6 +156,30 @@ def test_numbers_never_lie_on_each_other():
         tuple(box) for box, text in zip(texts, figure.axes[0].texts, strict=True) if text.get_text().isdigit()
     )
     assert all(left[2] < right[0] for left, right in itertools.pairwise(numbers))
+
+
+def outlines(figure: Figure) -> float:
+    poses = (artist for artist in figure.axes[0].collections if (artist.get_gid() or "").startswith("pose"))
+    return max(float(np.max(artist.get_linewidths())) for artist in poses)
+
+
+def test_small_figures_have_finer_outlines():
+    walk = sample("walk")
+    assert outlines(filmstrip_figure(walk, poses=9)) == 0.5
+    assert outlines(filmstrip_figure(walk, poses=201)) < 0.12
+
+
+@pytest.mark.parametrize("travel", [False, True])
+def test_words_of_segments_stand_apart(travel):
+    walk = sample("walk")
+    stretches = [(0, 20, "Punching 0–19"), (20, 32, "walking 6–17"), (32, 44, "kick 3–14"), (90, 201, "run 0–110")]
+    axes = filmstrip_figure(walk, segments=[stretches], travel=travel).axes[0]
+    canvas = FigureCanvasAgg(axes.figure).get_renderer()
+    words = [text for text in axes.texts if "–" in text.get_text()]
+    assert words[0].get_text() == "run 0–110"
+    assert len(words) < len(stretches)
+    boxes = sorted((text.get_window_extent(canvas) for text in words), key=lambda box: box.x0)
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
 
 
 def test_rows_of_different_bodies_share_one_scale():

@@ -82,7 +82,7 @@ def plot_joint(
     if before is not None:
         lower.set_yscale("symlog", linthresh=1.0)
         lower.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.0)
-    lower.set_ylim(bottom=0.0)
+    _set_limits(upper, lower, motion.frames)
     save_figure(figure, path)
 
 
@@ -129,6 +129,20 @@ def _two_panels() -> tuple[Figure, Sequence[Axes]]:
         panel.spines[["top", "right"]].set_visible(False)
         panel.margins(x=0.01)
     return figure, panels
+
+
+def _set_limits(upper: Axes, lower: Axes, frames: int) -> None:
+    """Axes of a degree and a frame at least, where a curve holds still or has a single frame."""
+    low, high = upper.get_ylim()
+    if high - low < 1.0:
+        middle = (low + high) / 2
+        upper.set_ylim(middle - 0.5, middle + 0.5)
+    lower.set_ylim(0.0, max(lower.get_ylim()[1], 0.01))
+    if frames == 1:
+        upper.set_xlim(-0.5, 0.5)
+        for panel in (upper, lower):
+            for line in panel.lines:
+                line.set_marker("o")
 
 
 def _mark(upper: Axes, lower: Axes, seams: Sequence[int]) -> None:

@@ -31,7 +31,7 @@ from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import chart_vectors, corrected
 from kinestitch.solve.energy import seam_price
 from kinestitch.solve.placed import Placed, straddling, target_window
-from kinestitch.solve.seam import SeamPlace, clusters, visible_reach
+from kinestitch.solve.seam import SeamPlace, clusters, shared_curves, visible_reach
 from kinestitch.solve.stitch import Solved, chart_window, hips_to_world, solve_translations, way_to_hips
 
 
@@ -197,8 +197,9 @@ def solve_proper(solved: Solved) -> Callable[[], None]:
 
     def run() -> None:
         for cluster, charted, vectors, translations, around in work:
-            corrected(vectors, charted.offsets, cluster)
-            solve_translations(solved.placed.carrier, cluster, None, translations, around)
+            curves = shared_curves(cluster)
+            corrected(vectors, charted.offsets, cluster, curves)
+            solve_translations(solved.placed.carrier, cluster, curves, translations, around)
 
     return run
 

@@ -26,6 +26,11 @@ def console() -> Console:
     return Console(width=width, markup=False, emoji=False, highlight=False)
 
 
+def counted(count: int, noun: str) -> str:
+    """A number and its noun: ``1 frame``, ``2 frames``."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 @contextmanager
 def progress(steps: int) -> Iterator[Callable[[str], None]]:
     """A function that names the step which begins; after a second they show as a bar, if stderr is a terminal."""

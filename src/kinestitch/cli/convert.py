@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from kinestitch.cli.console import console, progress
+from kinestitch.cli.console import console, counted, progress
 from kinestitch.cli.inputs import is_document, read_clip
 from kinestitch.cli.keeping import preset_option, write_clip
 from kinestitch.cli.options import FILE
@@ -65,8 +65,8 @@ def convert(
             motion = resample(motion, fps)
         step(f"writing {target}")
         write_clip(motion, target, source, skeleton_only=skeleton_only or unit is not None, take=take, preset=preset)
-    joints = motion.skeleton.joint_count
-    console().print(f"{target}: {motion.frames} frames, {motion.fps:g} fps, {motion.duration:.2f} s, {joints} joints")
+    size = f"{counted(motion.frames, 'frame')}, {motion.fps:g} fps, {motion.duration:.2f} s"
+    console().print(f"{target}: {size}, {counted(motion.skeleton.joint_count, 'joint')}")
 
 
 def _metres(unit: str) -> str | float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+import shutil
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -109,4 +111,12 @@ def _tell(solved: Solved, numbers: dict[str, object], target: Path) -> None:
     pasted = f"{kick}@{PASTED[0]}:{PASTED[1]}"
     words = ("stitch", walk, "--replace", f"{CUT[0]}:{CUT[1]}", pasted, "-o", str(target / "mine.bvh"))
     out.print("\nThe same by hand, and with your own clips:")
-    out.print(f"  kinestitch {shlex.join(words)}")
+    out.print(f"  {shlex.join([*_program(), *words])}")
+
+
+def _program() -> list[str]:
+    """The words that start kinestitch in this shell."""
+    if shutil.which("kinestitch"):
+        return ["kinestitch"]
+    started = Path(sys.argv[0])
+    return [sys.argv[0]] if started.stem == "kinestitch" and started.exists() else [sys.executable, "-m", "kinestitch"]

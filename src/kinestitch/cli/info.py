@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import click
 
 from kinestitch.cli.console import console, progress
+from kinestitch.cli.edits import EditFacts, edit_facts, show_edit_facts
 from kinestitch.cli.failures import WRONG, explain, tell
-from kinestitch.cli.inputs import read_clip
+from kinestitch.cli.inputs import is_document, read_clip
 from kinestitch.cli.options import FILE
 from kinestitch.cli.recordings import RecordingFacts, is_recording, recording_facts, show_recording
 
@@ -45,7 +46,7 @@ class ClipFacts:
     warnings: tuple[str, ...]
 
 
-@click.command(no_args_is_help=True, short_help="Tell what is in clips.")
+@click.command(no_args_is_help=True, short_help="Tell what is in clips and edits.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list with one object for each file.")
 @click.option("--joints", is_flag=True, help="Print the tree of joints, too.")
@@ -53,7 +54,8 @@ class ClipFacts:
 def info(ctx: click.Context, files: tuple[str, ...], as_json: bool, joints: bool) -> None:
     """Tell what is in clips: joints, frame rate, length, travel, hip height, takes, oddities.
 
-    One file gets a block, several a table; recordings (.c3d) get a block each. Lengths are in metres and seconds.
+    One file gets a block, several a table; recordings (.c3d) and edits (.otio: segments, seams and the clips they
+    name) get a block each. Lengths are in metres and seconds.
 
     \b
     Examples:
@@ -64,13 +66,16 @@ def info(ctx: click.Context, files: tuple[str, ...], as_json: bool, joints: bool
     """
     facts: list[ClipFacts] = []
     trees: list[Skeleton] = []
-    recorded: list[RecordingFacts] = []
+    others: list[RecordingFacts | EditFacts] = []
     with progress(len(files)) as step:
         for path in files:
             step(f"reading {path}")
             try:
                 if is_recording(path):
-                    recorded.append(recording_facts(path))
+                    others.append(recording_facts(path))
+                    continue
+                if is_document(path):
+                    others.append(edit_facts(path))
                     continue
                 told, motion = clip_facts(path)
             except Exception as error:
@@ -81,13 +86,16 @@ def info(ctx: click.Context, files: tuple[str, ...], as_json: bool, joints: bool
             facts.append(told)
             trees.append(motion.skeleton)
     if as_json:
-        everything = [asdict(told) for told in facts] + [asdict(told_of) for told_of in recorded]
+        everything = [asdict(told) for told in facts] + [asdict(other) for other in others]
         click.echo(json.dumps(everything, indent=2))
     else:
         _show(facts, trees if joints else [])
-        for told_of in recorded:
-            show_recording(told_of)
-    if len(facts) + len(recorded) < len(files):
+        for other in others:
+            if isinstance(other, EditFacts):
+                show_edit_facts(other)
+            else:
+                show_recording(other)
+    if len(facts) + len(others) < len(files):
         ctx.exit(WRONG)
 
 

@@ -70,8 +70,10 @@ class Library:
         self.clips[key] = motion
         return key
 
-    def open(self, path: str) -> Opened:
+    def open(self, path: str, take: str | None = None) -> Opened:
         """A clip as a timeline that shows all of it, or an edit document with the clips it shows.
+
+        take : which one of the clip's file; the file stands for this take wherever it is used
 
         Raises what reading raises, DocumentError for a clip whose file is not told, RangeError for one that is no
         longer as the document says.
@@ -80,14 +82,15 @@ class Library:
 
         if is_document(path):
             return Opened(self._document(path), self.clips, self.sources)
+        self._motion(path, take)
         key = self.add(path)
         return Opened(timeline(self.clips, key), self.clips, self.sources)
 
-    def _motion(self, path: str) -> Motion:
+    def _motion(self, path: str, take: str | None = None) -> Motion:
         place = os.path.realpath(path)
         if place not in self._read:
             self._step(f"reading {Path(path).name}")
-            self._read[place] = read_clip(path)
+            self._read[place] = read_clip(path) if take is None else read_clip(path, take=take)
         return self._read[place]
 
     def _free_key(self, stem: str) -> str:

@@ -30,11 +30,13 @@ def in_order(ctx: click.Context, names: tuple[str, ...]) -> list[tuple[str, Any]
 
 
 class RangeType(click.ParamType):
-    """Frames ``60:110`` as (60, 110)."""
+    """Frames ``60:110`` as (60, 110); either end may be left out."""
 
     name = "range"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int | None, int | None]:
         from kinestitch.edit import parse_range
 
         try:
@@ -58,12 +60,24 @@ class ClipType(click.ParamType):
         if value.startswith("-") and not Path(parse_source(value)[0]).exists():
             self.fail(f"Expected PATH@START:STOP such as kick.fbx@20:75, got the option {value!r}.", param, ctx)
         try:
-            return parse_source(value)
+            source = parse_source(value)
         except ParameterError as error:
             self.fail(str(error), param, ctx)
+        clip = source[0].rpartition("@")[0]
+        if _is_clip(clip) and not _is_clip(source[0]) and not Path(source[0]).exists():
+            told = value[len(clip) + 1 :]
+            self.fail(f"Expected a range START:STOP behind {clip}@, such as 20:75, got {told!r}.", param, ctx)
+        return source
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return [CompletionItem(incomplete, type="file")]
+
+
+def _is_clip(path: str) -> bool:
+    """Whether a path ends as a clip's does."""
+    from kinestitch.files import FORMATS
+
+    return Path(path).suffix.lower() in {suffix for entry in FORMATS for suffix in entry.suffixes}
 
 
 class NotNegative(click.ParamType):

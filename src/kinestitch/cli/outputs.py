@@ -24,9 +24,8 @@ def refuse_suffix(path: str, known: Iterable[str]) -> None:
     """Raise UnsupportedFormatError unless the path ends in one of these."""
     suffix = Path(path).suffix
     if suffix.lower() not in known:
-        raise UnsupportedFormatError(
-            f"Expected an output that ends in {', '.join(known)}, got {suffix or 'no suffix'!r}. ({path})"
-        )
+        found = repr(suffix) if suffix else "no suffix"
+        raise UnsupportedFormatError(f"Expected an output that ends in {', '.join(known)}, got {found}. ({path})")
 
 
 def check_output(path: str, inputs: Iterable[str], *, also: Iterable[str] = ()) -> None:

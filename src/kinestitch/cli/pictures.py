@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinestitch.cli.console import console, progress
+from kinestitch.cli.console import console, counted, progress
 from kinestitch.cli.inputs import Library, is_document, read_clip
 from kinestitch.cli.options import FILE
 from kinestitch.cli.outputs import check_output, refuse_suffix
@@ -71,7 +71,7 @@ def plot(source: str, output: str, joint: str | None, before: str | None, seams:
         from kinestitch.analysis.plots import plot_joint
 
         plot_joint(shown.motion, index, output, before=cut, seams=marks)
-    console().print(f"{output}: {shown.motion.skeleton.names[index]}, {shown.motion.frames} frames")
+    console().print(f"{output}: {shown.motion.skeleton.names[index]}, {counted(shown.motion.frames, 'frame')}")
 
 
 @click.command(no_args_is_help=True, short_help="Draw posed figures over time.")
@@ -114,7 +114,7 @@ def filmstrip(*, sources: tuple[str, ...], output: str, poses: int, view: str, t
             travel=travel,
             title=title,
         )
-    console().print(f"{output}: {len(rows)} row{'s' * (len(rows) != 1)} of up to {poses} poses")
+    console().print(f"{output}: {counted(len(rows), 'row')} of up to {counted(poses, 'pose')}")
 
 
 def show(path: str, step: Step) -> Shown:
@@ -126,7 +126,7 @@ def show(path: str, step: Step) -> Shown:
 
     if not is_document(path):
         step(f"reading {path}")
-        return Shown(read_clip(path))
+        return Shown(replace(read_clip(path), name=Path(path).stem))
     opened = Library(step).open(path)
     step(f"solving {path}")
     solved = solve_timeline(opened.timeline, opened.clips)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinestitch.cli.console import console, progress
+from kinestitch.cli.console import console, counted, progress
 from kinestitch.cli.inputs import is_document, read_clip
 from kinestitch.cli.keeping import write_clip
 from kinestitch.cli.options import FILE
@@ -57,7 +57,8 @@ def retarget(
         result = put(motion, target.skeleton, pairs if mapping else None, foot_ik=more["foot_ik"], example=target)
         step(f"writing {output}")
         write_clip(result, output, onto, skeleton_only=more["skeleton_only"], name=target.name)
-    console().print(f"{output}: {result.frames} frames, {result.fps:g} fps, {result.skeleton.joint_count} joints")
+    joints = counted(result.skeleton.joint_count, "joint")
+    console().print(f"{output}: {counted(result.frames, 'frame')}, {result.fps:g} fps, {joints}")
 
 
 def _check(source: str, onto: str, output: str | None, mapping: str | None, save_mapping: str | None) -> None:

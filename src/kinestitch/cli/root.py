@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinestitch.cli.console import console, progress
+from kinestitch.cli.console import console, counted, progress
 from kinestitch.cli.inputs import is_document, read_clip
 from kinestitch.cli.keeping import write_clip
 from kinestitch.cli.options import FILE, NOT_NEGATIVE
@@ -53,8 +53,10 @@ def _change(common: dict[str, Any], how: Callable[[Motion], Motion]) -> None:
         step(f"writing {output}")
         alone = common["skeleton_only"] or _left_alone(motion, result, source)
         write_clip(result, output, source, skeleton_only=alone, take=take)
-    joints = result.skeleton.joint_count
-    console().print(f"{output}: {result.frames} frames, {result.fps:g} fps, {result.duration:.2f} s, {joints} joints")
+    joints = counted(result.skeleton.joint_count, "joint")
+    console().print(
+        f"{output}: {counted(result.frames, 'frame')}, {result.fps:g} fps, {result.duration:.2f} s, {joints}"
+    )
 
 
 def _left_alone(motion: Motion, result: Motion, source: str) -> bool:

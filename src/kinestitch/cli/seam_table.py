@@ -6,7 +6,7 @@ import json
 import math
 from typing import TYPE_CHECKING, Any
 
-from kinestitch.cli.console import console
+from kinestitch.cli.console import console, counted
 
 if TYPE_CHECKING:
     from kinestitch.edit import Timeline
@@ -35,14 +35,22 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
     seams = numbers["seams"]
     if seams:
         table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-        for title in ("seam", "between", "λ", "rotation step °", "velocity step °/s", "moved by °", "hips step cm"):
+        for title in (
+            "seam",
+            "between",
+            "smooth s",
+            "rotation step °",
+            "velocity step °/s",
+            "moved by °",
+            "hips step cm",
+        ):
             table.add_column(title, justify="left" if title == "between" else "right", overflow="fold")
         for place, seam in zip(solved.seams, seams, strict=True):
             left, right = timeline.segments[place.index], timeline.segments[place.index + 1]
             table.add_row(
                 str(seam["frame"]),
                 f"{left.clip} {left.range.stop - 1} → {right.clip} {right.range.start}",
-                f"{seam['lambda']:.4g}",
+                f"{seam['lambda'] ** 0.25 / numbers['fps']:.3g}",
                 _change(seam, "rotation_step_deg", "{:.1f}"),
                 _change(seam, "angular_velocity_step_deg_s", "{:.0f}"),
                 f"{seam['deviation_max_deg']:.1f}",
@@ -50,10 +58,10 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
             )
         out.print(table)
         out.print("Before → after: largest joint between the two frames at each seam; moved by: largest, off the cut.")
-    tail = f", {len(seams)} seam{'s' * (len(seams) != 1)}"
+    tail = f", {counted(len(seams), 'seam')}"
     if seams and numbers["method"] == "laplacian":
         tail += f" solved in {numbers['solve_ms']:.2f} ms"
-    out.print(f"{output}: {_size(numbers['frames'], numbers['fps'])}, {numbers['joints']} joints{tail}")
+    out.print(f"{output}: {_size(numbers['frames'], numbers['fps'])}, {counted(numbers['joints'], 'joint')}{tail}")
 
 
 def show_edit(timeline: Timeline, output: str) -> None:
@@ -61,11 +69,13 @@ def show_edit(timeline: Timeline, output: str) -> None:
     out = console()
     for start, segment in zip(timeline.starts, timeline.segments, strict=False):
         out.print(f"{start:>7}  {segment}")
-    out.print(f"{output}: {_size(timeline.frames, timeline.fps)}, {len(timeline.seams)} seams, not solved yet")
+    out.print(
+        f"{output}: {_size(timeline.frames, timeline.fps)}, {counted(len(timeline.seams), 'seam')}, not solved yet"
+    )
 
 
 def _size(frames: int, fps: float) -> str:
-    return f"{frames} frames, {fps:g} fps, {(frames - 1) / fps:.2f} s"
+    return f"{counted(frames, 'frame')}, {fps:g} fps, {(frames - 1) / fps:.2f} s"
 
 
 def _change(seam: dict[str, Any], name: str, form: str, scale: float = 1.0) -> str:

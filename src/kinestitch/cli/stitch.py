@@ -29,9 +29,14 @@ Step = Callable[[str], None]
 @click.option("--insert", type=BEFORE, multiple=True, metavar="N REF@a:b", help="Put REF in front of frame N.")
 @click.option("--append", type=CLIP, multiple=True, metavar="REF@a:b", help="Put REF at the end.")
 @click.option("--delete", type=RANGE, multiple=True, metavar="A:B", help="Take the frames A:B out.")
+@click.option("--take", metavar="NAME", help="Which take of an FBX, glTF or USD file ORIGINAL; info lists them.")
 @click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of all seams.  [default: 0.1]")
 @click.option(
-    "--lambda", "stiffness", type=NOT_NEGATIVE, metavar="X", help="The same as the method's own λ = (seconds · fps)⁴."
+    "--lambda",
+    "stiffness",
+    type=NOT_NEGATIVE,
+    metavar="X",
+    help="Instead of --smooth, the method's own λ = (seconds · fps)⁴: larger is smoother and wider, 0 a hard cut.",
 )
 @click.option(
     "--snap",
@@ -64,6 +69,7 @@ def stitch(
     ctx: click.Context,
     *,
     original: str,
+    take: str | None,
     smooth: float | None,
     stiffness: float | None,
     snap: float | None,
@@ -99,7 +105,7 @@ def stitch(
     _check_paths(ctx, original, edits, output, report)
     seam = _seam(ctx, smooth, stiffness)
     with progress(len(edits) + 6) as step:
-        opened, notes = _edited(Library(step), original, edits, seam)
+        opened, notes = _edited(Library(step), original, take, edits, seam)
         if snap is not None:
             step("looking for cheaper cuts")
             opened, moved = snapped(opened, snap)
@@ -114,7 +120,7 @@ def stitch(
         else:
             solved, numbers = _solved(opened, chart, method, step)
             step("writing")
-            how = {"skeleton_only": skeleton_only, "preset": preset}
+            how = {"skeleton_only": skeleton_only, "preset": preset, "take": take}
             _write(solved, numbers, None if is_document(output) else output, report, opened, how)
     from kinestitch.cli.seam_table import show_edit, show_seams
 
@@ -130,6 +136,8 @@ def _check_paths(
     check_suffix(output, documents=True)
     references = [reference[0] for reference in map(_reference, edits) if reference is not None]
     _keep_inputs([original, *references], output, report)
+    if ctx.params["take"] is not None and (is_document(original) or is_document(output)):
+        raise click.UsageError("Expected no --take with a document, which names files alone. Convert it first.", ctx)
     if is_document(output):
         for name in ("chart", "method", "preset") if report is None else ("preset",):
             if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
@@ -162,34 +170,40 @@ def _seam(ctx: click.Context, smooth: float | None, stiffness: float | None) -> 
 
 
 def _edited(
-    library: Library, original: str, edits: list[tuple[str, Any]], seam: Seam | None
+    library: Library, original: str, take: str | None, edits: list[tuple[str, Any]], seam: Seam | None
 ) -> tuple[Opened, list[str]]:
     from dataclasses import replace
 
+    from kinestitch.cli.fitting import changes
     from kinestitch.cli.joining import drop_repeated_poses
     from kinestitch.edit import ClipInfo, add_clip, apply_edits
 
-    line = library.open(original).timeline
+    line = library.open(original, take).timeline
+    frames = line.frames
     script = []
     for kind, value in edits:
         reference = _reference((kind, value))
         key = None if reference is None else library.add(reference[0])
         if key is not None:
             line = add_clip(line, ClipInfo(key, library.clips[key].frames, library.clips[key].fps))
-        script.append(_edit(kind, value, key))
+        script.append(_edit(kind, value, key, frames))
     line = apply_edits(line, script, seam=seam)
     if seam is not None:
         line = replace(line, seams=(seam,) * len(line.seams))
     line, notes = drop_repeated_poses(line, library.clips, sum(kind == "append" for kind, _ in edits))
-    return Opened(line, library.clips, library.sources), notes
+    opened = Opened(line, library.clips, library.sources)
+    return opened, [*notes, *changes(opened)]
 
 
-def _edit(kind: Any, value: Any, key: str | None) -> Edit:
+def _edit(kind: Any, value: Any, key: str | None, frames: int) -> Edit:
+    """frames : of ORIGINAL, where a range ends whose end is left out."""
     from kinestitch.edit import Edit
 
     reference = _reference((kind, value))
     place = (None, None) if kind == "append" else value if kind == "delete" else value[0]
     start, stop = place if isinstance(place, tuple) else (place, None)
+    if kind in {"replace", "delete"}:
+        start, stop = 0 if start is None else start, frames if stop is None else stop
     return Edit(kind, start, stop, key, *(reference[1:] if reference else ()))
 
 
@@ -225,6 +239,8 @@ def _write(
         if output is not None:
             key = _whose_skeleton(solved, opened)
             name = opened.clips[key].name
+            if key != next(iter(opened.clips)):
+                how = how | {"take": None}  # it is ORIGINAL's
             write_clip(solved.motion, output, opened.sources[key], name=name, **how)
 
 

@@ -36,12 +36,20 @@ def multiply(p: Parts, q: Parts) -> tuple[Array, Array, Array, Array]:
     """Hamilton product of quaternions in parts x, y, z, w."""
     px, py, pz, pw = p
     qx, qy, qz, qw = q
-    return (
-        pw * qx + px * qw + py * qz - pz * qy,
-        pw * qy - px * qz + py * qw + pz * qx,
-        pw * qz + px * qy - py * qx + pz * qw,
-        pw * qw - px * qx - py * qy - pz * qz,
-    )
+    x, y, z, w = pw * qx, pw * qy, pw * qz, pw * qw
+    x += px * qw
+    x += py * qz
+    x -= pz * qy
+    y -= px * qz
+    y += py * qw
+    y += pz * qx
+    z += px * qy
+    z -= py * qx
+    z += pz * qw
+    w -= px * qx
+    w -= py * qy
+    w -= pz * qz
+    return x, y, z, w
 
 
 def log(q: Parts) -> tuple[Array, Array, Array]:

@@ -53,7 +53,8 @@ def format_of(path: str | os.PathLike[str]) -> Format:
         if suffix in entry.suffixes:
             return entry
     known = ", ".join(s for entry in FORMATS for s in entry.suffixes)
-    raise UnsupportedFormatError(f"Expected a file that ends in {known}, got {suffix or 'no suffix'!r}. ({path})")
+    found = repr(suffix) if suffix else "no suffix"
+    raise UnsupportedFormatError(f"Expected a file that ends in {known}, got {found}. ({path})")
 
 
 def _function(entry: Format, verb: str) -> Callable[..., Any]:
@@ -104,7 +105,7 @@ def _read(path: Path, entry: Format, verb: str, isolated: bool, options: dict[st
     try:
         return _function(entry, "read")(path, **options)
     except TypeError as error:
-        _explain_option(error, entry, options)
+        _explain_option(error, entry, "read", options)
         raise
 
 
@@ -137,7 +138,7 @@ def write(
     try:
         _function(entry, "write")(motion, Path(path), **options)
     except TypeError as error:
-        _explain_option(error, entry, options)
+        _explain_option(error, entry, "write", options)
         raise
 
 
@@ -171,7 +172,11 @@ def _check_like(entry: Format, like: str | os.PathLike[str], path: str | os.Path
         raise ParameterError(f"Expected a format whose files can be kept, got {entry.name}. Leave like= out. ({path})")
 
 
-def _explain_option(error: TypeError, entry: Format, options: dict[str, Any]) -> None:
+def _explain_option(error: TypeError, entry: Format, verb: str, options: dict[str, Any]) -> None:
     for option in options:
         if f"unexpected keyword argument '{option}'" in str(error):
-            raise ParameterError(f"Expected an option of {entry.name}, got {option!r}.") from error
+            told = inspect.signature(_function(entry, verb)).parameters.values()
+            known = ", ".join(parameter.name for parameter in told if parameter.kind is parameter.KEYWORD_ONLY)
+            raise ParameterError(
+                f"Expected an option of {entry.name} ({known or 'it has none'}), got {option!r}."
+            ) from error

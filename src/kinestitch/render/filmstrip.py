@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 TALLEST = 2.4
 """Inches that a body height takes at most, however few poses there are."""
+OUTLINED = 0.6
+"""Inches of a body height from which outlines have their full width."""
 SUFFIXES = (".png", ".svg", ".pdf")
 GLYPH = 0.74 / 72
 """Inches that a letter takes a point of its font size, generously."""
@@ -49,9 +51,8 @@ def filmstrip(motions: Motion | Sequence[Motion], path: str | os.PathLike[str], 
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise UnsupportedFormatError(
-            f"Expected a picture that ends in {', '.join(SUFFIXES)}, got {suffix or 'no suffix'!r}. ({path})"
-        )
+        found = repr(suffix) if suffix else "no suffix"
+        raise UnsupportedFormatError(f"Expected a picture that ends in {', '.join(SUFFIXES)}, got {found}. ({path})")
     figure = filmstrip_figure(motions, **options)
     with replacing(path) as stream:
         stream.write(_rendered(figure, suffix[1:]))
@@ -238,7 +239,7 @@ def _draw_row(axes: Axes, row: _Row, layout: _Layout, unit: float, size: tuple[f
         here = pose - np.array([pose[0, 0] - place, 0, 0])
         shadow = floor[..., :2] - floor[0, :2] + np.array([place, 0])
         _draw_shadow(axes, shadow)
-        _draw_pose(axes, here, parts, frame)
+        _draw_pose(axes, here, parts, frame, min(1.0, unit / OUTLINED))
         if np.abs(place - np.array(numbered)).min(initial=np.inf) > 0.24 / unit:  # no two numbers on each other
             numbered.append(place)
             axes.text(place, -0.06 / unit - 0.035, str(frame), ha="center", va="top", fontsize=7.5, color="#4a4f55")
@@ -261,18 +262,28 @@ def _draw_marks(axes: Axes, row: _Row, places: Array, layout: _Layout, unit: flo
         return float(np.interp(frame, row.frames, places))
 
     top = _above(row) - 0.1
+    labelled: list[tuple[float, float, str, str]] = []
     for number, stretch in enumerate(row.segments):
         colour = stretch.colour or PASTED[number % len(PASTED)]
         left, right = at(stretch.start), at(stretch.stop)
         axes.fill_between((left, right), -0.035, top, color=colour, alpha=0.13, linewidth=0, zorder=-2)
         axes.plot((left, right), (-0.035, -0.035), color=colour, linewidth=2.2, solid_capstyle="butt", zorder=1)
-        if stretch.label:
-            words = _fitting(stretch.label, 7.5, layout.width * unit)
-            half = len(words) * 7.5 * GLYPH / 2 / unit
-            middle = min(max((left + right) / 2, half), layout.width - half)
-            axes.text(middle, -0.24 / unit - 0.035, words, ha="center", va="top", fontsize=7.5, color=colour)
+        labelled.append((left, right, stretch.label, colour))
     for frame in row.marks:
         axes.plot((at(frame),) * 2, (-0.035, top), color=SEAM, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
+    _draw_labels(axes, labelled, layout, unit)
+
+
+def _draw_labels(axes: Axes, labelled: list[tuple[float, float, str, str]], layout: _Layout, unit: float) -> None:
+    """The words of (left, right, words, colour) stretches; the longest come first, none is set on another."""
+    taken: list[tuple[float, float]] = []
+    for left, right, label, colour in sorted(labelled, key=lambda entry: -abs(entry[1] - entry[0])):
+        words = _fitting(label, 7.5, layout.width * unit)
+        half = len(words) * 7.5 * GLYPH / 2 / unit
+        middle = min(max((left + right) / 2, half), layout.width - half)
+        if words and all(middle + half < low or high < middle - half for low, high in taken):
+            taken.append((middle - half, middle + half))
+            axes.text(middle, -0.24 / unit - 0.035, words, ha="center", va="top", fontsize=7.5, color=colour)
 
 
 def _draw_shadow(axes: Axes, points: Array) -> None:
@@ -283,12 +294,15 @@ def _draw_shadow(axes: Axes, points: Array) -> None:
         axes.add_patch(Polygon(flat, closed=True, facecolor=SHADOW, edgecolor="none", zorder=-1))
 
 
-def _draw_pose(axes: Axes, pose: Array, parts: Sequence[Any], frame: int) -> None:
-    """One figure as one collection, far parts first; the far ones are paler."""
+def _draw_pose(axes: Axes, pose: Array, parts: Sequence[Any], frame: int, fineness: float) -> None:
+    """One figure as one collection, far parts first; the far ones are paler.
+
+    fineness : by which the outlines of a small figure are thinner, so that they do not cover it
+    """
     from matplotlib.collections import PolyCollection
 
     body = painted(parts, pose)
-    edges = np.where(body.fine, 0.12, 0.5)  # fingers stay visible
+    edges = np.where(body.fine, 0.12, 0.5) * fineness  # fingers stay visible
     figure = PolyCollection(
         list(body.shapes), facecolors=body.colours, edgecolors="white", linewidths=edges.tolist(), zorder=3
     )

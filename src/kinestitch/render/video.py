@@ -54,7 +54,8 @@ def video(
     """
     suffix = Path(path).suffix
     if suffix.lower() != ".mp4":
-        raise UnsupportedFormatError(f"Expected a video that ends in .mp4, got {suffix or 'no suffix'!r}. ({path})")
+        found = repr(suffix) if suffix else "no suffix"
+        raise UnsupportedFormatError(f"Expected a video that ends in .mp4, got {found}. ({path})")
     encoder_library()
     made = film(motions, **options)
     with encoding(path, made.size, made.fps) as take:

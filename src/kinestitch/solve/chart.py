@@ -167,13 +167,13 @@ def unchart(base: Array, vectors: Array, sign: Array | None) -> tuple[Array, ...
     return parts if sign is None else tuple(sign * part for part in parts)
 
 
-def corrected(vectors: Array, offsets: Array, cluster: Cluster) -> Array:
+def corrected(vectors: Array, offsets: Array, cluster: Cluster, curves: Array | None = None) -> Array:
     """The solve proper: curves, their product with the offsets, and the sum with the target's vectors: (3, n, J) rad
     (Eq. 7).
 
-    vectors : (3, n, J) rad of the target; offsets : (3, 2S, J) rad
+    vectors : (3, n, J) rad of the target; offsets : (3, 2S, J) rad; curves : those of the cluster, where they are known
     """
-    return np.add(vectors, correction(cluster, offsets))
+    return np.add(vectors, correction(cluster, offsets) if curves is None else curves @ offsets)
 
 
 def solve_rotations(charted: Charted, cluster: Cluster, curves: Array | None, rotations: Array) -> NDArray[np.intp]:

@@ -134,6 +134,11 @@ def seam_curves(cluster: Cluster) -> Array:
     return curves
 
 
+def shared_curves(cluster: Cluster) -> Array | None:
+    """The curves of a cluster of few seams, (n, 2S); None where there are many, which are taken one by one."""
+    return seam_curves(cluster) if len(cluster.seams) <= FEW_SEAMS else None
+
+
 def local_curves(cluster: Cluster) -> list[tuple[slice, Array]]:
     """For each seam the frames of the window that it reaches, and g₀, g₁ on them, (w, 2): for clusters of many.
 
@@ -173,8 +178,9 @@ def correction(cluster: Cluster, offsets: Array) -> Array:
     """The correction (..., n, C) of a cluster's window from its seams' offsets (..., 2S, C), rows d_{m−1}, d_m each
     (Eq. 7).
     """
-    if len(cluster.seams) <= FEW_SEAMS:
-        return seam_curves(cluster) @ offsets
+    curves = shared_curves(cluster)
+    if curves is not None:
+        return curves @ offsets
     out = np.zeros((*offsets.shape[:-2], cluster.frames, offsets.shape[-1]))
     for seam, (near, curves) in enumerate(local_curves(cluster)):
         out[..., near, :] += curves @ offsets[..., 2 * seam : 2 * seam + 2, :]

@@ -35,13 +35,12 @@ from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.placed import Placed, Straddling, place_timeline, straddling, target_window
 from kinestitch.solve.root import GROUND, chain_rotation, displacement_residuals
 from kinestitch.solve.seam import (
-    FEW_SEAMS,
     Cluster,
     SeamPlace,
     clusters,
     correction,
     displacement_correction,
-    seam_curves,
+    shared_curves,
 )
 
 Method = Literal["laplacian", "cut"]
@@ -148,7 +147,7 @@ def _solve_cluster(placed: Placed, cluster: Cluster, rotations: Array, translati
     hips_to_world(way, rotations)
     hips_to_world(way, poses)
     charted = chart_window(placed, cluster, rotations, poses, chart)
-    curves = seam_curves(cluster) if len(cluster.seams) <= FEW_SEAMS else None
+    curves = shared_curves(cluster)
     overturned = solve_rotations(charted, cluster, curves, rotations)
     if len(overturned):
         target = target_window(placed, cluster.start, cluster.stop)[0]
@@ -262,7 +261,7 @@ def stitch_rotvecs(pieces: Sequence[Array], stiffness: float | Sequence[float], 
         if chart == "centred":
             poses = rotvec_to_quat(around)
             charted = centred_chart(rotations[here], poses, cluster.local_frames)
-            curves = seam_curves(cluster) if len(cluster.seams) <= FEW_SEAMS else None
+            curves = shared_curves(cluster)
             target = rotations[here].copy()
             joints = solve_rotations(charted, cluster, curves, rotations[here])
             rotations[here, joints] = mid_tangent(target[:, joints], poses[:, :, joints], cluster, curves)
