@@ -9,13 +9,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import kinestitch as ks
-from kinestitch.analysis.plots import plot_joint, save_figure
+from kinestitch.analysis.plots import plot_costs, plot_joint, save_figure
 from kinestitch.cli.demo import CUT, PASTED
 from kinestitch.edit.timeline import Timeline
 from kinestitch.render.filmstrip import filmstrip
 from kinestitch.render.paint import Stretch
 from kinestitch.render.video import film, pictures
 from kinestitch.samples import SAMPLE_NAMES
+from kinestitch.search.price import best_cuts, price_map
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
 
@@ -93,11 +94,18 @@ def curves(folder: Path) -> None:
     save_figure(figure, folder / "curves.png")
 
 
+def cuts(folder: Path) -> None:
+    """What every cut from the walk into the kick costs, and the five best."""
+    prices = price_map(ks.sample("walk"), ks.sample("kick"))
+    places = [(cut.out, cut.into) for cut in best_cuts(prices, 5)]
+    plot_costs(prices.costs, folder / "cuts.png", cuts=places, names=("walk", "kick"))
+
+
 def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, curves):
+    for draw in (hero, joint_curve, all_samples, moving, curves, cuts):
         draw(folder)
 
 

@@ -1,4 +1,6 @@
-"""Curves to look at: one joint over time, and how strongly it accelerates, before and after its seams were solved."""
+"""Curves to look at: one joint over time, and how strongly it accelerates, before and after its seams were solved; and
+what every seam between two clips would cost.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _AXES = (("x", "#0072B2"), ("y", "#009E73"), ("z", "#D55E00"))
+_BRIGHTEST = 95.0  # percent of a map's costs that the colours tell apart
 _BEFORE, _AFTER, _SEAM = "#9A9A9A", "#111111", "#CC79A7"
 
 
@@ -80,6 +83,40 @@ def plot_joint(
         lower.set_yscale("symlog", linthresh=1.0)
         lower.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.0)
     _set_limits(upper, lower, motion.frames)
+    save_figure(figure, path)
+
+
+def plot_costs(
+    costs: Array,
+    path: str | os.PathLike[str],
+    *,
+    cuts: Sequence[tuple[int, int]] = (),
+    names: tuple[str, str] = ("A", "B"),
+    label: str = "cost",
+) -> None:
+    """Draw what every seam between two clips would cost as a map, with the chosen cuts numbered; suffix as for
+    :func:`plot_joint`.
+
+    costs : (F_a + 1, F_b + 1) by where the first clip ends and where the second one begins; cuts : such pairs
+
+    Raises UnsupportedFormatError, OutputError.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 5.4), layout="constrained")
+    axes = figure.subplots()
+    shown = costs[1:, :-1]
+    extent = (-0.5, shown.shape[1] - 0.5, 0.5, shown.shape[0] + 0.5)
+    top = float(np.percentile(shown, _BRIGHTEST))
+    picture = axes.imshow(
+        shown, origin="lower", extent=extent, aspect="auto", cmap="cividis_r", vmin=shown.min(), vmax=top
+    )
+    for number, (out, into) in enumerate(cuts, start=1):
+        axes.plot(into, out, "o", markersize=13, color=_SEAM, markeredgecolor="white")
+        axes.annotate(str(number), (into, out), color="white", ha="center", va="center", fontsize=8, weight="bold")
+    axes.set_xlabel(f"{names[1]} from this frame on")
+    axes.set_ylabel(f"{names[0]} up to this frame")
+    figure.colorbar(picture, label=label, extend="max")
     save_figure(figure, path)
 
 

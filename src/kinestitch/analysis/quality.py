@@ -28,9 +28,10 @@ from kinestitch.core.rotation import (
     quat_to_rotvec,
 )
 from kinestitch.rig.hips import hips_joint
-from kinestitch.solve.chart import centred_chart, chart_vectors, corrected
+from kinestitch.solve.chart import chart_vectors, corrected
+from kinestitch.solve.energy import seam_price
 from kinestitch.solve.placed import Placed, straddling, target_window
-from kinestitch.solve.seam import SeamPlace, clusters, seam_energy, shared_curves, visible_reach
+from kinestitch.solve.seam import SeamPlace, clusters, shared_curves, visible_reach
 from kinestitch.solve.stitch import Solved, chart_window, hips_to_world, solve_translations, way_to_hips
 
 
@@ -39,7 +40,7 @@ class SeamQuality:
     """One seam in numbers.
 
     frame : first frame after the seam in the result
-    price : least energy E* of this seam alone in rad², λ included, unweighted, all joints' rotations (Eq. 10)
+    price : least energy E* of this seam alone in rad², λ included, unweighted, rotations from the hips down (Eq. 10)
     rotation_step_deg : largest joint's turn from frame−1 to frame
     angular_velocity_step_deg_s : largest joint's change from the last interval before the seam to the first after it
     deviation_mean_deg, deviation_max_deg : distance of the result from the hard cut within the visible reach (Eq.
@@ -154,14 +155,6 @@ def own_triples(placed: Placed, start: int, stop: int) -> Array:
             if start <= seam.frame < stop:
                 triples[0, seam.frame - start] = poses[2]
     return triples
-
-
-def seam_price(placed: Placed, seam: SeamPlace) -> float:
-    """E* in rad² of one seam as if it were the only one, charted around itself (Eq. 10)."""
-    poses = straddling(placed, seam).rotations
-    hips_to_world(way_to_hips(placed), poses)
-    charted = centred_chart(poses[[0, 3]], poses[None], [1])
-    return seam_energy(seam, placed.frames, join(charted.offsets).reshape(2, -1))
 
 
 def seam_quality(solved: Solved, seam: SeamPlace) -> SeamQuality:

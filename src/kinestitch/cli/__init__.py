@@ -15,6 +15,7 @@ from kinestitch.cli.failures import Stopped, run
 
 VERBS = {
     "stitch": "stitch",
+    "cuts": "cuts",
     "info": "info",
     "convert": "convert",
     "retarget": "retarget",

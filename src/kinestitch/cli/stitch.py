@@ -23,6 +23,7 @@ from kinestitch.cli.options import (
     in_order,
 )
 from kinestitch.cli.outputs import check_output, check_suffix
+from kinestitch.cli.snapping import snapped
 
 if TYPE_CHECKING:
     from kinestitch.edit import Edit, Seam
@@ -46,6 +47,12 @@ Step = Callable[[str], None]
     type=NOT_NEGATIVE,
     metavar="X",
     help="Instead of --smooth, the method's own λ = (seconds · fps)⁴: larger is smoother and wider, 0 a hard cut.",
+)
+@click.option(
+    "--snap",
+    type=NOT_NEGATIVE,
+    metavar="SECONDS",
+    help="Move both sides of each seam to the cheapest frames this near.",
 )
 @click.option(
     "--chart",
@@ -75,6 +82,7 @@ def stitch(
     take: str | None,
     smooth: float | None,
     stiffness: float | None,
+    snap: float | None,
     chart: str,
     method: str,
     skeleton_only: bool,
@@ -99,14 +107,19 @@ def stitch(
       kinestitch stitch walk.bvh --append walk.bvh --append run.bvh@:90 -o go.bvh
       kinestitch stitch walk.bvh --delete 30:50 --insert 80 jump.bvh \\
                  --smooth 0.2 --report seams.json -o out.glb
+      kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
     edits = in_order(ctx, EDITS)
     _check_paths(ctx, original, edits, output, report)
     seam = _seam(ctx, smooth, stiffness)
-    with progress(len(edits) + 5) as step:
+    with progress(len(edits) + 6) as step:
         opened, notes = _edited(Library(step), original, take, edits, seam)
+        if snap is not None:
+            step("looking for cheaper cuts")
+            opened, moved = snapped(opened, snap)
+            notes += moved
         _keep_inputs(opened.sources.values(), output, report)
         for note in notes:
             tell("note", note)

@@ -1,0 +1,73 @@
+"""What seams cost: the least energy E* in rad², known without solving for the motion itself.
+
+A price counts the rotations of all joints from the hips down, unweighted, λ included. What stands above the hips only
+carries them: its own turn is what placement is free to choose.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinestitch.core.components import join
+from kinestitch.core.rotation import Array
+from kinestitch.core.skeleton import Skeleton
+from kinestitch.rig.hips import hips_joint
+from kinestitch.solve.chart import centred_chart
+from kinestitch.solve.laplacian import solve_bands
+from kinestitch.solve.placed import Placed, straddling, target_window
+from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, seam_energy
+from kinestitch.solve.stitch import chart_window, hips_to_world, way_to_hips
+
+
+def priced_joints(skeleton: Skeleton) -> tuple[int, ...]:
+    """The joints whose rotations a price counts: all but those above the hips."""
+    above = skeleton.chain(hips_joint(skeleton))[:-1]
+    return tuple(joint for joint in range(skeleton.joint_count) if joint not in above)
+
+
+def seam_price(placed: Placed, seam: SeamPlace) -> float:
+    """E* in rad² of one seam as if it were the only one, charted around itself (Eq. 10)."""
+    poses = straddling(placed, seam).rotations
+    hips_to_world(way_to_hips(placed), poses)
+    poses = poses[:, priced_joints(placed.skeleton)]
+    charted = centred_chart(poses[[0, 3]], poses[None], [1])
+    return seam_energy(seam, placed.frames, join(charted.offsets).reshape(2, -1))
+
+
+def joint_price(placed: Placed) -> float:
+    """E* in rad² of all seams together: what neighbours share and where the clip ends counts (Eq. 17).
+
+    Joints that turn almost all the way round are priced in the cluster's chart, like all others.
+    """
+    joints, total = list(priced_joints(placed.skeleton)), 0.0
+    way = way_to_hips(placed)
+    for cluster in clusters(placed.seams, placed.frames):
+        rotations, _ = target_window(placed, cluster.start, cluster.stop)
+        poses = np.stack([straddling(placed, seam).rotations for seam in cluster.seams])
+        hips_to_world(way, rotations)
+        hips_to_world(way, poses)
+        charted = chart_window(placed, cluster, rotations, poses, "centred")
+        offsets = charted.offsets[:, :, joints]
+        total += cluster_energy(cluster, join(offsets).reshape(offsets.shape[1], -1))
+    return total
+
+
+def cluster_energy(cluster: Cluster, offsets: Array) -> float:
+    """The least energy of a cluster's seams solved together: ``eᵀ (Λ⁻¹ + LLᵀ)⁻¹ e`` summed over channels (Eq. 17).
+
+    offsets : (2S, C) rad or m, rows d_{m−1} and d_m of each seam
+    """
+    inner = cluster_rows(cluster)[1:-1]
+    residual = np.zeros((cluster.frames, offsets.shape[1]))
+    for seam, m in enumerate(cluster.local_frames):
+        if m > 1:
+            residual[m - 1] -= offsets[2 * seam + 1]
+        residual[m] += offsets[2 * seam]
+    free = inner < 1e-300  # a hard cut's rows are not there
+    error = np.where(free[:, None], 0.0, residual[1:-1])
+    there = (~free).astype(np.float64)
+    bands = np.zeros((3, len(inner)), order="F")
+    bands[2] = np.where(free, 1.0, 6.0 + 1.0 / np.where(free, 1.0, inner))
+    bands[1, 1:] = -4.0 * there[1:] * there[:-1]
+    bands[0, 2:] = there[2:] * there[:-2]
+    return float(np.vdot(error, solve_bands(bands, error.copy(order="F"))))
