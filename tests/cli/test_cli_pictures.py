@@ -14,7 +14,7 @@ from kinestitch.cli.demo import CLIPS, RESULTS
 from kinestitch.edit import load_document
 from kinestitch.files import read, write
 from kinestitch.samples import sample
-from kinestitch.testing import assert_motion_close
+from kinestitch.testing import assert_motion_close, random_motion
 
 
 @pytest.fixture
@@ -101,3 +101,15 @@ def test_the_demo_replaces_its_own_files_only(kinestitch, tmp_path):
     (tmp_path / "mine" / "walk.bvh").write_text("mine")
     assert "walk.bvh" in kinestitch("demo", "mine").error
     assert (tmp_path / "mine" / "walk.bvh").read_text() == "mine"
+
+
+def test_a_row_is_called_as_its_file(kinestitch):
+    write(random_motion(3, frames=5), "pose.glb")
+    assert read("pose.glb").name == "random 3"
+    ran = kinestitch("filmstrip", "pose.glb", "-o", "out.svg", "--poses", 1)
+    assert (ran.code, ran.out) == (0, "out.svg: 1 row of up to 1 pose\n")
+    drawn = Path("out.svg").read_text(encoding="utf-8")
+    assert ">pose<" in drawn
+    assert "random 3" not in drawn
+    write(random_motion(3, frames=1), "pose.glb")
+    assert kinestitch("plot", "pose.glb", "-o", "out.png").out.endswith(", 1 frame\n")
