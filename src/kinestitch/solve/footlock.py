@@ -27,7 +27,7 @@ from kinestitch.rig.hips import hip_height
 from kinestitch.solve.contacts import SHORTEST, Contacts, Leg, Mask, find_contacts, legs_of
 from kinestitch.solve.placed import Placed
 from kinestitch.solve.seam import Cluster, clusters
-from kinestitch.solve.stances import FootPath, carry_over, wanted_path
+from kinestitch.solve.stances import FootPath, carry_over, raised, wanted_path
 from kinestitch.solve.stitch import Solved
 
 BLEND = 0.15
@@ -129,7 +129,8 @@ class _Window:
         there = np.ones((len(held), 1))
         offsets = np.concatenate([goal.path.pivot - now.pivot, away, self._toe_offsets(leg), there], axis=1)
         offsets = carry_over(offsets, goal.stands, self.blend)
-        offsets[:, 1] += goal.lift
+        swings = ~goal.stands
+        offsets[swings, 1] += raised(now.pivot[:, 1] + offsets[:, 1], goal.low)[swings]
         frames = np.flatnonzero(np.abs(offsets[:, :9]).max(axis=1) > _STILL)
         if not len(frames):
             return goal.stands, {}

@@ -27,6 +27,7 @@ from kinestitch.solve.seam import Cluster
 
 GROUND = (0, 2)
 _APART, _TURNED = 0.35, np.radians(50.0)  # leg lengths and rad within which two stances can become one
+_SINK = 2.5e-3  # m
 _LIFT, _HIGHEST = 0.2, 0.09  # of a step's length, leg lengths
 
 
@@ -43,13 +44,15 @@ class FootPath:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Wanted:
-    """What is wanted of a foot: its path where it stands, the frames (n,) in which it does, and by how much (n,) m it
-    has to be lifted on a step from one stance to another that would else be a slide.
+    """What is wanted of a foot.
+
+    path : where it stands; stands : (n,) the frames in which it does; low : (n,) m, the height under which its pivot
+    must not come: the floor, or the source's own height where it is lower, and on a step over a seam an arc above it
     """
 
     path: FootPath
     stands: Mask
-    lift: Array
+    low: Array
 
 
 @dataclass(slots=True)
@@ -108,7 +111,8 @@ def wanted_path(
             turn[here] = quat_multiply(quat_about_axis(1, piece.yaw), turn[here])
     for link in links:
         _even_out(FootPath(pivot, turn), link, blend)
-    return Wanted(FootPath(pivot, turn), stands, lift)
+    floor = float(np.median(cut.pivot[held, 1]))
+    return Wanted(FootPath(pivot, turn), stands, np.minimum(cut.pivot[:, 1], floor) + lift)
 
 
 def _pieces(held: Mask, seams: Sequence[int], margins: tuple[int, int]) -> list[_Piece]:
@@ -132,12 +136,12 @@ def _links(
         a, b = left.stop - 1, right.start
         between = [m for m in seams if a < m <= b]
         tied = tied or left.fixed
-        if not between or b - a > blend:
+        if not between or b - a > 2 * blend:
             tied = False
             continue
         gap = cut.pivot[b, GROUND] - cut.pivot[a, GROUND]
         yaw = _yaw(quat_multiply(cut.turn[b], quat_conjugate(cut.turn[a])))
-        near = np.linalg.norm(gap) < _APART * leg and abs(yaw) < _TURNED and not (tied and right.fixed)
+        near = b - a <= blend and np.linalg.norm(gap) < _APART * leg and abs(yaw) < _TURNED and not (tied and right.fixed)
         tied = tied and bool(near)
         (links if near else tears).append(_Link(left, right, between[0], yaw, gap))
     return links, tears
@@ -196,6 +200,14 @@ def ease(share: Array) -> Array:
     """0 to 1 without a step in value or slope."""
     s = np.clip(share, 0.0, 1.0)
     return s * s * (3 - 2 * s)
+
+
+def raised(heights: Array, low: Array) -> Array:
+    """What has to be added to heights (n,) m so that they do not come below `low` (n,) m by more than 2.5 mm, without a
+    kink.
+    """
+    missing = np.maximum(low - heights, 0.0)
+    return np.where(missing < 2 * _SINK, missing**2 / (4 * _SINK), missing - _SINK)
 
 
 def carry_over(offsets: Array, stands: Mask, blend: int) -> Array:
