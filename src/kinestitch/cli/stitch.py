@@ -46,6 +46,7 @@ Step = Callable[[str], None]
     show_default=True,
     help="Solve the seams, or leave the hard cut, placed on the ground.",
 )
+@click.option("--no-foot-lock", is_flag=True, help="Leave the feet where the solve puts them, sliding or not.")
 @click.option(
     "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of ORIGINAL in its format."
 )
@@ -61,6 +62,7 @@ def stitch(
     stiffness: float | None,
     chart: str,
     method: str,
+    no_foot_lock: bool,
     skeleton_only: bool,
     preset: str | None,
     report: str | None,
@@ -99,7 +101,7 @@ def stitch(
         if is_document(output) and report is None:
             solved, numbers = None, None
         else:
-            solved, numbers = _solved(opened, chart, method, step)
+            solved, numbers = _solved(opened, (chart, method), not no_foot_lock, step)
             step("writing")
             how = {"skeleton_only": skeleton_only, "preset": preset}
             _write(solved, numbers, None if is_document(output) else output, report, opened, how)
@@ -118,9 +120,11 @@ def _check_paths(
     references = [reference[0] for reference in map(_reference, edits) if reference is not None]
     _keep_inputs([original, *references], output, report)
     if is_document(output):
-        for name in ("chart", "method", "preset") if report is None else ("preset",):
+        for name in ("chart", "method", "no_foot_lock", "preset") if report is None else ("preset",):
             if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-                raise click.UsageError(f"Expected no --{name} for a document, which holds the edit alone.", ctx)
+                raise click.UsageError(
+                    f"Expected no --{name.replace('_', '-')} for a document, which holds the edit alone.", ctx
+                )
 
 
 def _keep_inputs(inputs: Iterable[str], output: str, report: str | None) -> None:
@@ -187,14 +191,29 @@ def _save(opened: Opened, output: str) -> None:
     save_document(opened.timeline, output, sources={k: v for k, v in opened.sources.items() if k in known})
 
 
-def _solved(opened: Opened, chart: Any, method: Any, step: Step) -> tuple[Solved, dict[str, Any]]:
+def _solved(opened: Opened, how: tuple[Any, Any], lock: bool, step: Step) -> tuple[Solved, dict[str, Any]]:
+    """The result, its feet locked where the rig has feet, and its numbers; how : chart and method."""
+    from dataclasses import replace
+
     from kinestitch.analysis.quality import report
+    from kinestitch.analysis.skating import skating_report
+    from kinestitch.errors import SkeletonMismatchError
+    from kinestitch.solve.footlock import Locked, locked, placed_contacts
     from kinestitch.solve.stitch import solve_timeline
 
     step("solving the seams")
-    solved = solve_timeline(opened.timeline, opened.clips, chart=chart, method=method)
+    solved = solve_timeline(opened.timeline, opened.clips, chart=how[0], method=how[1])
+    feet = None
+    try:
+        contacts = placed_contacts(solved.placed)
+    except SkeletonMismatchError:
+        contacts = None
+    if contacts is not None:
+        after = locked(solved, contacts) if lock else Locked(solved.motion, contacts)
+        feet = {"locked": after.motion is not solved.motion, **skating_report(solved, after.motion, after.contacts)}
+        solved = replace(solved, motion=after.motion)
     step("measuring the seams")
-    return solved, dict(report(solved))
+    return solved, {**report(solved), "feet": feet}
 
 
 def _write(

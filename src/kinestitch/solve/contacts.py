@@ -106,9 +106,9 @@ def find_contacts(
 
     Raises SkeletonMismatchError for a rig without feet, ParameterError for bounds that are not 0 ≤ begin ≤ stop.
     """
-    for name, (begin, stop) in (("low", low), ("slow", slow)):
-        if not 0 <= begin <= stop:
-            raise ParameterError(f"Expected bounds 0 ≤ begin ≤ stop for {name}, got {begin} and {stop}.")
+    for name, (first, last) in (("low", low), ("slow", slow)):
+        if not 0 <= first <= last:
+            raise ParameterError(f"Expected bounds 0 ≤ begin ≤ stop for {name}, got {first} and {last}.")
     joints = tuple(j for leg in legs_of(motion.skeleton) for j in (leg.foot, leg.toe) if j is not None)
     places = world_pose(motion).positions[:, joints]
     size = hip_height(motion.skeleton)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinestitch.core.kinematics import WorldPose, two_bone_ik, world_pose
 from kinestitch.core.motion import Motion
@@ -29,6 +30,8 @@ from kinestitch.solve.placed import Placed
 from kinestitch.solve.seam import Cluster, clusters
 from kinestitch.solve.stances import FootPath, carry_over, raised, wanted_path
 from kinestitch.solve.stitch import Solved
+
+Frames = NDArray[np.intp]
 
 BLEND = 0.15
 """s in which a foot leaves its solved way to a stance, or comes back to it."""
@@ -113,7 +116,7 @@ class _Window:
     cut: Motion
     blend: int
 
-    def bent(self, leg: Leg, held: Mask) -> tuple[Mask, dict[int, tuple[Array, Array]]]:
+    def bent(self, leg: Leg, held: Mask) -> tuple[Mask, dict[int, tuple[Frames, Array]]]:
         """The frames (n,) in which a foot stands, and for each changed joint of its leg the frames (from the window's
         start) and its local rotations there.
         """
@@ -151,8 +154,8 @@ def _foot_path(pose: WorldPose, leg: Leg) -> FootPath:
 
 
 def _bend(
-    pose: WorldPose, local: Array, leg: Leg, offsets: Array, frames: Array, motion: Motion
-) -> dict[int, tuple[Array, Array]]:
+    pose: WorldPose, local: Array, leg: Leg, offsets: Array, frames: Frames, motion: Motion
+) -> dict[int, tuple[Frames, Array]]:
     """Local rotations of a leg's joints whose foot is moved and turned by `offsets`: (n, 10) m of the pivot, rad of the
     foot in the world, rad of the toe, and how much of the way to its stance the foot is.
     """

@@ -141,7 +141,9 @@ def _links(
             continue
         gap = cut.pivot[b, GROUND] - cut.pivot[a, GROUND]
         yaw = _yaw(quat_multiply(cut.turn[b], quat_conjugate(cut.turn[a])))
-        near = b - a <= blend and np.linalg.norm(gap) < _APART * leg and abs(yaw) < _TURNED and not (tied and right.fixed)
+        near = (
+            b - a <= blend and np.linalg.norm(gap) < _APART * leg and abs(yaw) < _TURNED and not (tied and right.fixed)
+        )
         tied = tied and bool(near)
         (links if near else tears).append(_Link(left, right, between[0], yaw, gap))
     return links, tears
