@@ -38,6 +38,7 @@ BLEND = 0.15
 
 _SOFT = 0.97  # of a leg's length, from which a target is approached ever more slowly
 _STRAIGHT = np.radians(4.0)  # knees bent less have no plane that could be trusted
+_RISE = 0.6  # of the blend in which a foot leaves the ground, so that it does not pass low over it
 _STILL = 1e-7  # m and rad; less is left alone
 
 
@@ -131,14 +132,18 @@ class _Window:
         away = quat_to_rotvec(quat_multiply(goal.path.turn, quat_conjugate(now.turn)))
         there = np.ones((len(held), 1))
         offsets = np.concatenate([goal.path.pivot - now.pivot, away, self._toe_offsets(leg), there], axis=1)
-        offsets = carry_over(offsets, goal.stands, self.blend)
+        level = carry_over(offsets, goal.stands, self.blend)
+        level[:, 1:2] = carry_over(offsets[:, 1:2], goal.stands, max(2, round(_RISE * self.blend)))
+        offsets = level
         swings = ~goal.stands
         offsets[swings, 1] += raised(now.pivot[:, 1] + offsets[:, 1], goal.low)[swings]
         frames = np.flatnonzero(np.abs(offsets[:, :9]).max(axis=1) > _STILL)
         if not len(frames):
             return goal.stands, {}
         pose = WorldPose(ours.positions[frames], ours.rotations[frames])
-        return goal.stands, _bend(pose, self.motion.rotations[frames], leg, offsets[frames], frames, self.motion)
+        stretch = np.linalg.norm(theirs.positions[frames, leg.foot] - theirs.positions[frames, leg.thigh], axis=-1)
+        local = _bend(pose, self.motion.rotations[frames], leg, offsets[frames], stretch, self.motion.skeleton.parents)
+        return goal.stands, {joint: (frames, values) for joint, values in local.items()}
 
     def _toe_offsets(self, leg: Leg) -> Array:
         """From the result's local rotation of the toe to the source's, as rotation vectors (n, 3)."""
@@ -154,21 +159,22 @@ def _foot_path(pose: WorldPose, leg: Leg) -> FootPath:
 
 
 def _bend(
-    pose: WorldPose, local: Array, leg: Leg, offsets: Array, frames: Frames, motion: Motion
-) -> dict[int, tuple[Frames, Array]]:
+    pose: WorldPose, local: Array, leg: Leg, offsets: Array, stretch: Array, parents: tuple[int, ...]
+) -> dict[int, Array]:
     """Local rotations of a leg's joints whose foot is moved and turned by `offsets`: (n, 10) m of the pivot, rad of the
     foot in the world, rad of the toe, and how much of the way to its stance the foot is.
+
+    stretch : (n,) m from hip joint to ankle in the source
     """
     pivot = leg.foot if leg.toe is None else leg.toe
     hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
     turned = rotvec_to_quat(offsets[:, 3:6])
     target = pose.positions[:, pivot] + offsets[:, :3] + quat_rotate(turned, ankle - pose.positions[:, pivot])
-    target = within_reach(hip, knee, ankle, target)
+    target = within_reach(hip, knee, ankle, target, stretch)
     first, second = _unlocked(pose, leg, offsets[:, 9])
     bent_knee = hip + quat_rotate(first, knee - hip)
     by_thigh, by_shin = two_bone_ik(hip, bent_knee, bent_knee + quat_rotate(second, ankle - knee), target)
     by_thigh, by_shin = quat_multiply(by_thigh, first), quat_multiply(by_shin, second)
-    parents = motion.skeleton.parents
     thigh, shin, foot = (pose.rotations[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
     above = _above(pose, parents[leg.thigh])
     out = {
@@ -178,7 +184,7 @@ def _bend(
     }
     if leg.toe is not None:
         out[leg.toe] = quat_multiply(rotvec_to_quat(offsets[:, 6:9]), local[:, leg.toe])
-    return {joint: (frames, quat_normalize(_same_sign(values, local[:, joint]))) for joint, values in out.items()}
+    return {joint: quat_normalize(_same_sign(values, local[:, joint])) for joint, values in out.items()}
 
 
 def _above(pose: WorldPose, parent: int) -> Array:
@@ -196,12 +202,13 @@ def _same_sign(values: Array, like: Array) -> Array:
     return np.where(np.einsum("fi,fi->f", values, like)[:, None] < 0, -values, values)
 
 
-def within_reach(hip: Array, knee: Array, ankle: Array, target: Array) -> Array:
-    """Targets (n, 3) drawn towards the hip joint where the leg would have to be straighter than it is and than a soft
-    limit; one as near as the ankle is stays.
+def within_reach(hip: Array, knee: Array, ankle: Array, target: Array, stretch: Array) -> Array:
+    """Targets (n, 3) drawn towards the hip joint where the leg would have to be straighter than it is, than in the
+    source (`stretch`, (n,) m from hip joint to ankle) and than a soft limit; nearer ones stay.
     """
     length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
-    own, wanted = np.linalg.norm(ankle - hip, axis=-1), np.linalg.norm(target - hip, axis=-1)
+    own = np.maximum(np.linalg.norm(ankle - hip, axis=-1), np.minimum(stretch, 0.9999 * length))
+    wanted = np.linalg.norm(target - hip, axis=-1)
     soft, rest = _SOFT * length, (0.998 - _SOFT) * length
     eased = np.where(wanted > soft, soft + rest * (1 - np.exp(-np.maximum(wanted - soft, 0.0) / rest)), wanted)
     reach = np.where(wanted <= own, wanted, np.maximum(eased, own))
