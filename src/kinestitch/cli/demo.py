@@ -107,6 +107,15 @@ def _tell(solved: Solved, numbers: dict[str, object], target: Path) -> None:
         out.print(target / name)
     walk, kick = (str(target / name) for name in CLIPS)
     pasted = f"{kick}@{PASTED[0]}:{PASTED[1]}"
-    words = ("stitch", walk, "--replace", f"{CUT[0]}:{CUT[1]}", pasted, "-o", str(target / "mine.bvh"))
+    words = (
+        "stitch",
+        walk,
+        "--replace",
+        f"{CUT[0]}:{CUT[1]}",
+        pasted,
+        "--no-foot-lock",
+        "-o",
+        str(target / "mine.bvh"),
+    )
     out.print("\nThe same by hand, and with your own clips:")
     out.print(f"  kinestitch {shlex.join(words)}")
