@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 import kinestitch as ks
 from kinestitch.analysis.plots import plot_costs, plot_joint, save_figure
 from kinestitch.cli.demo import CUT, PASTED
+from kinestitch.core.kinematics import world_pose
 from kinestitch.edit.timeline import Timeline
 from kinestitch.render.filmstrip import filmstrip
 from kinestitch.render.paint import Stretch
 from kinestitch.render.video import film, pictures
 from kinestitch.samples import SAMPLE_NAMES
 from kinestitch.search.price import best_cuts, price_map
+from kinestitch.solve.contacts import legs_of, runs
+from kinestitch.solve.footlock import locked
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
 
@@ -101,11 +104,35 @@ def cuts(folder: Path) -> None:
     plot_costs(prices.costs, folder / "cuts.png", cuts=places, names=("walk", "kick"))
 
 
+def feet(folder: Path) -> None:
+    """How fast the toes move over the ground before and after locking, and when they stand."""
+    line, clips = pasted_kick()
+    solved = ks.solve_timeline(line, clips)
+    after = locked(solved)
+    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+    panels = figure.subplots(2, 1, sharex=True)
+    for axes, leg, side in zip(panels, legs_of(solved.motion.skeleton), ("left", "right"), strict=True):
+        axes.spines[["top", "right"]].set_visible(False)
+        for motion, label, colour in ((solved.motion, "solved", "#999999"), (after.motion, "locked", COLOURS[0])):
+            places = world_pose(motion).positions[:, leg.toe][:, (0, 2)]
+            speed = np.linalg.norm(np.diff(places, axis=0), axis=-1) * motion.fps
+            axes.plot(np.arange(1, motion.frames), speed, color=colour, label=label)
+        for start, stop in runs(after.contacts.of(leg.foot, leg.toe)):
+            axes.plot([start, stop - 1], [-0.15, -0.15], color=COLOURS[2], linewidth=4, solid_capstyle="butt")
+        for seam in solved.seams:
+            axes.axvline(seam.frame - 0.5, color="#882255", linewidth=0.8, linestyle="--")
+        axes.set_ylabel(f"{side} toe (m/s)")
+        axes.set_ylim(-0.3, 3.0)
+    panels[0].legend(frameon=False, loc="upper right", ncols=2)
+    panels[1].set_xlabel("frame (dashed: seams; green: the foot stands)")
+    save_figure(figure, folder / "feet.png")
+
+
 def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, curves, cuts):
+    for draw in (hero, joint_curve, all_samples, moving, curves, cuts, feet):
         draw(folder)
 
 

@@ -69,6 +69,12 @@ Step = Callable[[str], None]
     help="Solve the seams, or leave the hard cut, placed on the ground.",
 )
 @click.option(
+    "--foot-lock/--no-foot-lock",
+    default=False,
+    show_default=True,
+    help="Keep planted feet where they stand near seams.",
+)
+@click.option(
     "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of ORIGINAL in its format."
 )
 @preset_option
@@ -85,6 +91,7 @@ def stitch(
     snap: float | None,
     chart: str,
     method: str,
+    foot_lock: bool,
     skeleton_only: bool,
     preset: str | None,
     report: str | None,
@@ -128,7 +135,7 @@ def stitch(
         if is_document(output) and report is None:
             solved, numbers = None, None
         else:
-            solved, numbers = _solved(opened, chart, method, step)
+            solved, numbers = _solved(opened, (chart, method), foot_lock, step)
             step("writing")
             how = {"skeleton_only": skeleton_only, "preset": preset, "take": take}
             _write(solved, numbers, None if is_document(output) else output, report, opened, how)
@@ -151,9 +158,11 @@ def _check_paths(
     if ctx.params["take"] is not None and (is_document(original) or is_document(output)):
         raise click.UsageError("Expected no --take with a document, which names files alone. Convert it first.", ctx)
     if is_document(output):
-        for name in ("chart", "method", "preset") if report is None else ("preset",):
+        for name in ("chart", "method", "foot_lock", "preset") if report is None else ("preset",):
             if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-                raise click.UsageError(f"Expected no --{name} for a document, which holds the edit alone.", ctx)
+                raise click.UsageError(
+                    f"Expected no --{name.replace('_', '-')} for a document, which holds the edit alone.", ctx
+                )
 
 
 def _keep_inputs(inputs: Iterable[str], output: str, report: str | None) -> None:
@@ -226,14 +235,29 @@ def _save(opened: Opened, output: str) -> None:
     save_document(opened.timeline, output, sources={k: v for k, v in opened.sources.items() if k in known})
 
 
-def _solved(opened: Opened, chart: Any, method: Any, step: Step) -> tuple[Solved, dict[str, Any]]:
+def _solved(opened: Opened, how: tuple[Any, Any], lock: bool, step: Step) -> tuple[Solved, dict[str, Any]]:
+    """The result, its feet locked where the rig has feet, and its numbers; how : chart and method."""
+    from dataclasses import replace
+
     from kinestitch.analysis.quality import report
+    from kinestitch.analysis.skating import skating_report
+    from kinestitch.errors import SkeletonMismatchError
+    from kinestitch.solve.footlock import Locked, locked, placed_contacts
     from kinestitch.solve.stitch import solve_timeline
 
     step("solving the seams")
-    solved = solve_timeline(opened.timeline, opened.clips, chart=chart, method=method)
+    solved = solve_timeline(opened.timeline, opened.clips, chart=how[0], method=how[1])
+    feet = None
+    try:
+        contacts = placed_contacts(solved.placed)
+    except SkeletonMismatchError:
+        contacts = None
+    if contacts is not None:
+        after = locked(solved, contacts) if lock else Locked(solved.motion, contacts)
+        feet = {"locked": after.motion is not solved.motion, **skating_report(solved, after.motion, after.contacts)}
+        solved = replace(solved, motion=after.motion)
     step("measuring the seams")
-    return solved, dict(report(solved))
+    return solved, {**report(solved), "feet": feet}
 
 
 def _write(

@@ -1,0 +1,217 @@
+"""Feet locked after the solve: what stays, what must not happen, and what comes out on real clips."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinestitch import files
+from kinestitch.analysis.skating import skating_report, slide_in_contact
+from kinestitch.core.kinematics import turn_about_up, world_pose
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import quat_conjugate, quat_distance, quat_rotate
+from kinestitch.edit.operations import append
+from kinestitch.edit.operations import replace as paste
+from kinestitch.edit.timeline import Seam, timeline
+from kinestitch.errors import ParameterError, SkeletonMismatchError
+from kinestitch.samples import SAMPLE_NAMES, sample
+from kinestitch.solve.contacts import Contacts, find_contacts, legs_of, runs
+from kinestitch.solve.footlock import lock_feet, locked, placed_contacts, within_reach
+from kinestitch.solve.seam import clusters
+from kinestitch.solve.stances import carry_over
+from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.testing import assert_motion_close, check_motion, random_motion
+
+
+def joined(left: str, right: str, stop: int, start: int, *, fps: float = 60.0, turn: float = 0.0) -> Solved:
+    """Two samples cut together; `turn` rad and a shift are given to the whole world."""
+    clips = {name: turn_about_up(sample(name, fps=fps), turn, (turn, 0.0, -turn)) for name in (left, right)}
+    line = paste(timeline(clips, left), stop, clips[left].frames, right, start, clips[right].frames)
+    return solve_timeline(line, clips)
+
+
+def walk_kick(**clips: Motion) -> Solved:
+    own = clips or {"walk": sample("walk"), "kick": sample("kick")}
+    return solve_timeline(paste(timeline(own, "walk"), 84, 130, "kick", 30, 112), own)
+
+
+@st.composite
+def cuts(draw: st.DrawFn) -> Solved:
+    left, right = draw(st.sampled_from(SAMPLE_NAMES)), draw(st.sampled_from(SAMPLE_NAMES))
+    stop = draw(st.integers(10, sample(left).frames - 2))
+    return joined(
+        left, right if right != left else "idle" if left != "idle" else "walk", stop, draw(st.integers(1, 40))
+    )
+
+
+def hinges(motion: Motion, leg) -> np.ndarray:
+    """Where the knee points (F, 3), told in the thigh's axes, as long as the knee is bent."""
+    pose = world_pose(motion)
+    hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
+    return quat_rotate(quat_conjugate(pose.rotations[:, leg.thigh]), np.cross(knee - hip, ankle - knee))
+
+
+def test_without_contacts_nothing_changes():
+    solved = walk_kick()
+    contacts = placed_contacts(solved.placed)
+    none = Contacts(contacts.joints, np.zeros_like(contacts.held))
+    assert lock_feet(solved, none) is solved.motion
+
+
+def test_the_hard_cut_and_a_clip_without_seams_are_left_alone():
+    clips = {"walk": sample("walk"), "kick": sample("kick")}
+    line = append(timeline(clips, "walk"), "kick")
+    cut = solve_timeline(line, clips, method="cut")
+    assert lock_feet(cut) is cut.motion
+    alone = solve_timeline(timeline(clips, "walk"), clips)
+    assert np.array_equal(lock_feet(alone).rotations, alone.motion.rotations)
+
+
+@settings(max_examples=25, deadline=None)
+@given(cuts())
+def test_whatever_is_cut(solved: Solved):
+    after = locked(solved)
+    check_motion(after.motion)
+    assert np.array_equal(after.motion.translations, solved.motion.translations)
+    legs = legs_of(solved.motion.skeleton)
+    lower = {joint for leg in legs for joint in (leg.thigh, leg.shin, leg.foot, leg.toe)}
+    others = [j for j in range(solved.motion.skeleton.joint_count) if j not in lower]
+    assert np.array_equal(after.motion.rotations[:, others], solved.motion.rotations[:, others])
+    assert not (after.contacts.held & ~placed_contacts(solved.placed).held).any()
+    for leg in legs:
+        front = hinges(sample("walk"), leg).sum(axis=0)
+        assert (hinges(after.motion, leg) @ front).min() > 0
+        pose, before = world_pose(after.motion).positions, world_pose(solved.motion).positions
+        reach = np.linalg.norm(pose[:, leg.foot] - pose[:, leg.thigh], axis=-1)
+        source = world_pose(solved.cut).positions
+        was = [np.linalg.norm(p[:, leg.foot] - p[:, leg.thigh], axis=-1) for p in (before, source)]
+        length = np.linalg.norm(solved.motion.skeleton.offsets[[leg.shin, leg.foot]], axis=-1).sum()
+        assert (reach <= np.maximum(np.max(was, axis=0), 0.998 * length) + 1e-6).all()
+
+
+@pytest.mark.parametrize(("left", "right", "stop", "start"), [("walk", "kick", 84, 30), ("run", "jump", 60, 10)])
+def test_planted_feet_do_not_move(left: str, right: str, stop: int, start: int):
+    """Where a stance is not one of two made one, and the leg is long enough, its toes stay within a millimetre."""
+    solved = joined(left, right, stop, start)
+    after = locked(solved)
+    pose = world_pose(after.motion).positions
+    checked = 0
+    for leg in legs_of(solved.motion.skeleton):
+        length = np.linalg.norm(solved.motion.skeleton.offsets[[leg.shin, leg.foot]], axis=-1).sum()
+        loose = np.linalg.norm(pose[:, leg.foot] - pose[:, leg.thigh], axis=-1) < 0.97 * length
+        for a, b in runs(after.contacts.of(leg.toe)):
+            inner = pose[a + 3 : b - 3, leg.toe][loose[a + 3 : b - 3]]
+            if len(inner) and not a < stop < b:
+                assert np.linalg.norm(inner - np.median(inner, axis=0), axis=-1).max() < 1e-3
+                checked += len(inner)
+    assert checked > 30
+    slides = [slide_in_contact(motion, after.contacts) for motion in (solved.motion, after.motion)]
+    assert slides[1] < 0.1 * slides[0]
+
+
+def test_frames_outside_the_windows_are_the_same_bits():
+    clips = {"idle": sample("idle"), "light_punch": sample("light_punch")}
+    line = append(timeline(clips, "idle"), "light_punch")
+    line = replace(line, seams=(Seam(stiffness=1.0),))
+    solved = solve_timeline(line, clips)
+    after = lock_feet(solved)
+    (window,) = clusters(solved.seams, solved.motion.frames)
+    same = (after.rotations == solved.motion.rotations).all(axis=(1, 2))
+    assert window.start > 0
+    assert window.stop < after.frames
+    assert same[: window.start].all()
+    assert same[window.stop :].all()
+    assert not same.all()
+
+
+@pytest.mark.parametrize("yaw", [0.7, -2.9])
+def test_turning_the_world_turns_the_result(yaw: float):
+    plain, turned = lock_feet(joined("walk", "kick", 84, 30)), lock_feet(joined("walk", "kick", 84, 30, turn=yaw))
+    expected = turn_about_up(plain, yaw, (yaw, 0.0, -yaw))
+    assert_motion_close(turned, expected, degrees=1e-4, metres=1e-6, world=True)
+
+
+def test_no_joint_pops_where_a_lock_begins_or_ends():
+    solved = walk_kick()
+    after = lock_feet(solved)
+    legs = [joint for leg in legs_of(after.skeleton) for joint in (leg.thigh, leg.shin, leg.foot)]
+    steps = quat_distance(after.rotations[1:, legs], after.rotations[:-1, legs])
+    own = max(quat_distance(m.rotations[1:, legs], m.rotations[:-1, legs]).max() for m in map(sample, ("walk", "kick")))
+    assert steps.max() < 1.5 * own
+
+
+def test_offsets_are_carried_over_without_a_step():
+    stands = np.zeros(40, dtype=bool)
+    stands[10:20] = True
+    offsets = np.linspace(1.0, 2.0, 40)[:, None]
+    out = carry_over(offsets, stands, 8)
+    assert np.array_equal(out[stands], offsets[stands])
+    assert not out[:2].any()
+    assert not out[28:].any()
+    assert np.abs(np.diff(out[:, 0])).max() < 0.35
+
+
+def test_what_is_in_reach_stays_and_what_is_not_is_approached():
+    hip, knee, ankle = np.array([[0, 1.0, 0]]), np.array([[0, 0.55, 0.1]]), np.array([[0, 0.15, 0.0]])
+    length = np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee)
+    near = np.array([[0.1, 0.3, 0.1]])
+    assert np.allclose(within_reach(hip, knee, ankle, near, np.zeros(1)), near)
+    for far in (0.9, 1.0, 2.0):
+        reached = within_reach(hip, knee, ankle, np.array([[0.0, 1.0 - far, 0.0]]), np.zeros(1))
+        assert np.linalg.norm(reached - hip) <= 0.998 * length
+
+
+def test_refusals():
+    solved = walk_kick()
+    with pytest.raises(ParameterError, match="blend"):
+        lock_feet(solved, blend=0.0)
+    with pytest.raises(ParameterError, match="frames"):
+        lock_feet(solved, find_contacts(sample("walk")))
+    clips = {"a": random_motion(0), "b": random_motion(1)}
+    with pytest.raises(SkeletonMismatchError, match="two feet") as caught:
+        lock_feet(solve_timeline(append(timeline(clips, "a"), "b"), clips))
+    assert "\n" not in str(caught.value)
+
+
+def test_the_report_tells_before_after_and_the_sources():
+    solved = walk_kick()
+    after = locked(solved)
+    told = skating_report(solved, after.motion, after.contacts)
+    for name in ("slide_in_contact_m_s", "skate_near_seams_m_s"):
+        assert told[f"{name}_after"] < 0.5 * told[f"{name}_before"]
+    assert told["skating_share_after"] <= told["skating_share_before"]
+    assert set(told["contacts"]) == {solved.motion.skeleton.names[joint] for joint in after.contacts.joints}
+
+
+WALK, KICK = "mixamo_xbot_60fps/Walking (1).fbx", "mixamo_xbot_60fps/Kicking.fbx"
+REAL = {
+    "walk → kick → walk, mixamo": (WALK, KICK, (50, 90), (15, 115)),
+    "walk → kick → walk, bandai": (
+        "bandai/dataset-1_walk_normal_001.bvh",
+        "bandai/dataset-1_kick_normal_001.bvh",
+        (80, 110),
+        (100, 200),
+    ),
+    "run → jump → run": ("mixamo_xbot_60fps/Running.fbx", "mixamo_xbot_60fps/Running Jump.fbx", (20, 25), (0, 100)),
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_feet_slide_about_as_little_as_in_their_sources(name: str):
+    folder = os.environ.get("KINESTITCH_DATA")
+    if not folder:
+        pytest.skip("KINESTITCH_DATA is not set")
+    first, second, over, of = REAL[name]
+    clips = {key: files.read(Path(folder) / place) for key, place in (("a", first), ("b", second))}
+    solved = solve_timeline(paste(timeline(clips, "a"), *over, "b", *of), clips)
+    after = locked(solved)
+    told = skating_report(solved, after.motion, after.contacts)
+    assert told["slide_in_contact_m_s_after"] < told["slide_in_contact_m_s_sources"] + 0.01
+    assert told["slide_in_contact_m_s_after"] < 0.5 * told["slide_in_contact_m_s_before"]
+    assert told["skate_near_seams_m_s_after"] < told["skate_near_seams_m_s_before"]
