@@ -12,7 +12,7 @@ import pytest
 
 from kinestitch.cli.demo import CLIPS, RESULTS
 from kinestitch.edit import load_document
-from kinestitch.files import read
+from kinestitch.files import read, write
 from kinestitch.samples import sample
 from kinestitch.testing import assert_motion_close, random_motion
 
