@@ -116,6 +116,6 @@ def test_another_rig_is_stitched_and_told(kinestitch, clips, tmp_path):
     write(replace(kick, skeleton=skeleton), tmp_path / "kick.bvh")
     ran = kinestitch("stitch", "walk.bvh", "--replace", "40:60", "kick.bvh@20:60", "-o", "out.bvh")
     assert ran.code == 0, ran.err
-    told = "warning: Clip 'kick' is retargeted from Mixamo to Mixamo joints. 1 of 33 joints keep their rest"
+    told = "warning: Clip 'kick' is retargeted onto another Mixamo rig. 1 of 33 joints keep their rest"
     assert ran.err.count("retargeted") == 1
     assert told in ran.err

@@ -63,7 +63,8 @@ def cli() -> None:
     Try it:      kinestitch demo
     Your clips:  kinestitch stitch walk.fbx --replace 60:110 kick.fbx@20:75 -o new.fbx
 
-    BVH, FBX and glTF come in and go out, the edit itself as an OpenTimelineIO document (.otio).
+    BVH, FBX, glTF, USD and AMASS come in and go out, ASF/AMC and C3D come in; the edit itself is an OpenTimelineIO
+    document (.otio).
     Every verb has its own help: kinestitch stitch --help. Tab completion: kinestitch completion --help.
     """
 

@@ -36,7 +36,8 @@ def _retargeted(motion: Motion, onto: Motion, name: str, why: str) -> Motion:
             f"{unmatched(mapping)}. Rename or retarget it with a mapping first."
         )
     result = retargeted(motion, onto.skeleton, mapping, example=onto)
-    families = f"from {mapping.source_family} to {mapping.target_family} joints"
+    ours, theirs = mapping.source_family, mapping.target_family
+    families = f"onto another {ours} rig" if ours == theirs else f"from {ours} to {theirs} joints"
     note = f" {unmapped_note(result)}" if result.unmapped else ""
     warnings.warn(f"Clip {name!r} is retargeted {families}.{note}", KinestitchWarning, stacklevel=2)
     return result.motion

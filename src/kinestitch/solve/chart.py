@@ -195,8 +195,9 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array | None, ro
     for start in range(0, frames, step):
         rows = slice(start, min(start + step, frames))
         here = base[:, : (rows.stop - start) * joints]
-        sign = None if charted.sign is None else charted.sign[rows].reshape(-1)
-        vectors, sign = chart_vectors(here, split(rotations[rows].reshape(-1, 4)), sign, principal=charted.principal)
+        if charted.sign is not None:  # told by the base, the sign is applied once instead of on both ways
+            here = here * charted.sign[rows].reshape(-1)
+        vectors, sign = chart_vectors(here, split(rotations[rows].reshape(-1, 4)), None, principal=charted.principal)
         vectors += (whole[:, rows] if curves is None else curves[rows] @ offsets).reshape(3, -1)
         join(unchart(here, vectors, sign), out=rotations[rows].reshape(-1, 4))
         if near[rows].any() and not charted.principal:
