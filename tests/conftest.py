@@ -26,3 +26,9 @@ def real_clip() -> Callable[[str], Motion]:
     if not folder:
         pytest.skip("KINESTITCH_DATA, the folder of real clips, is not set")
     return cache(lambda name: read(Path(folder) / name))
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Doctests are looked for in modules of the package only, not in the tests' own scripts."""
+    name = collection_path.name
+    return True if name.endswith(".py") and not name.startswith("test_") and name != "conftest.py" else None
