@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from kinestitch.cli.console import console, counted
+from kinestitch.cli.console import console, counted, fact_table
 from kinestitch.cli.failures import warnings_as_lines
 
 
@@ -93,11 +93,7 @@ def edit_facts(path: str) -> EditFacts:
 
 def show_edit_facts(told: EditFacts) -> None:
     """A block with one line a fact."""
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(style="bold")
-    table.add_column(overflow="fold")
+    table = fact_table()
     rows = [
         ("file", told.file),
         ("format", told.format),

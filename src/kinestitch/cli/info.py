@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinestitch.cli.console import console, progress
+from kinestitch.cli.console import console, fact_table, progress
 from kinestitch.cli.edits import EditFacts, edit_facts, show_edit_facts
 from kinestitch.cli.failures import WRONG, explain, tell
 from kinestitch.cli.inputs import is_document, read_clip
@@ -158,11 +158,7 @@ def _show(facts: list[ClipFacts], trees: list[Skeleton]) -> None:
 
 
 def _show_block(told: ClipFacts) -> None:
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(style="bold")
-    table.add_column(overflow="fold")
+    table = fact_table()
     rows = [
         ("file", told.file),
         ("format", told.format),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from kinestitch.cli.console import console
+from kinestitch.cli.console import console, fact_table
 from kinestitch.cli.failures import warnings_as_lines
 
 
@@ -71,11 +71,7 @@ def recording_facts(path: str) -> RecordingFacts:
 
 def show_recording(told: RecordingFacts) -> None:
     """A block with one line a fact."""
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(style="bold")
-    table.add_column(overflow="fold")
+    table = fact_table()
     units = zip(told.channel_names, told.channel_units, strict=True)
     rows = [
         ("file", told.file),
