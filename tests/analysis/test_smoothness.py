@@ -14,7 +14,8 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, Timeline
 from kinestitch.errors import ParameterError
 from kinestitch.solve.rivals import crossfade, hermite, inertialize
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.stitch import solve_timeline
 from kinestitch.testing import random_motion
 
 FPS = 50.0

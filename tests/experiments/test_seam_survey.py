@@ -8,7 +8,8 @@ import pytest
 
 from kinestitch.core.rotation import quat_about_axis, quat_multiply
 from kinestitch.experiments import seams
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.stitch import solve_timeline
 from kinestitch.testing import random_motion
 
 

@@ -20,7 +20,8 @@ from kinestitch.solve.chart import chart_vectors
 from kinestitch.solve.energy import cluster_energy, joint_price, seam_price
 from kinestitch.solve.placed import straddling, target_window
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, correction
-from kinestitch.solve.stitch import chart_window, solve_timeline
+from kinestitch.solve.stitch import solve_timeline
+from kinestitch.solve.window import chart_window
 from kinestitch.testing import random_motion
 
 SEEDS = st.integers(0, 2**32 - 1)

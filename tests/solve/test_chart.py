@@ -23,8 +23,8 @@ from kinestitch.solve.chart import (
     solve_rotations,
     unchart,
 )
+from kinestitch.solve.rotvecs import stitch_rotvecs
 from kinestitch.solve.seam import Cluster, SeamPlace, clusters, seam_curves
-from kinestitch.solve.stitch import stitch_rotvecs
 from kinestitch.testing import quaternions
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -24,8 +24,9 @@ from kinestitch.samples import SAMPLE_NAMES, sample
 from kinestitch.solve.contacts import Contacts, find_contacts, legs_of, runs
 from kinestitch.solve.footlock import lock_feet, locked, placed_contacts, within_reach
 from kinestitch.solve.seam import clusters
+from kinestitch.solve.solved import Solved
 from kinestitch.solve.stances import carry_over
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.stitch import solve_timeline
 from kinestitch.testing import assert_motion_close, check_motion, random_motion
 
 

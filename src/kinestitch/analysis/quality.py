@@ -32,7 +32,8 @@ from kinestitch.solve.chart import chart_vectors, corrected
 from kinestitch.solve.energy import seam_price
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import SeamPlace, clusters, shared_curves, visible_reach
-from kinestitch.solve.stitch import Solved, chart_window, hips_to_world, solve_translations, way_to_hips
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.window import chart_window, hips_to_world, solve_translations, way_to_hips
 
 
 @dataclass(frozen=True, slots=True)

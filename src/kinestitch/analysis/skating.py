@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from kinestitch.analysis.feet import foot_joints, skating_share, standing_height
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
+from kinestitch.errors import SkeletonMismatchError
 from kinestitch.solve.contacts import Contacts, Mask, runs
+from kinestitch.solve.footlock import placed_contacts
 from kinestitch.solve.seam import visible_reach
-from kinestitch.solve.stitch import Solved
+from kinestitch.solve.solved import Solved
 
 
 def slide_in_contact(motion: Motion, contacts: Contacts, *, leave_out: Sequence[int] = ()) -> float:
@@ -30,6 +33,19 @@ def slide_in_contact(motion: Motion, contacts: Contacts, *, leave_out: Sequence[
 def _slides(motion: Motion, joints: Sequence[int]) -> Array:
     places = world_pose(motion).positions[:, list(joints)][..., (0, 2)]
     return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=-1))
+
+
+def feet_report(solved: Solved) -> Mapping[str, Any] | None:
+    """The feet of a stitch as one JSON object, None on a rig without: whether they were ``locked``, and
+    :func:`skating_report`.
+    """
+    before = solved.motion if solved.unlocked is None else solved.unlocked
+    try:
+        contacts = placed_contacts(solved.placed) if solved.contacts is None else solved.contacts
+    except SkeletonMismatchError:
+        return None
+    numbers = skating_report(replace(solved, motion=before), solved.motion, contacts)
+    return {"locked": solved.motion is not before, **numbers}
 
 
 def skating_report(solved: Solved, result: Motion, contacts: Contacts) -> Mapping[str, Any]:

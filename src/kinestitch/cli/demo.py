@@ -17,7 +17,7 @@ from kinestitch.errors import OutputError
 if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
     from kinestitch.edit import Timeline
-    from kinestitch.solve.stitch import Solved
+    from kinestitch.solve.solved import Solved
 
 CUT, PASTED = (84, 130), (30, 112)
 """Chosen so that the seams are cheap and the walk goes on the way it came."""

@@ -10,7 +10,7 @@ from kinestitch.cli.console import console, counted
 
 if TYPE_CHECKING:
     from kinestitch.edit import Timeline
-    from kinestitch.solve.stitch import Solved
+    from kinestitch.solve.solved import Solved
 
 
 def as_json(numbers: dict[str, Any]) -> str:

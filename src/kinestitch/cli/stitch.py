@@ -27,7 +27,7 @@ from kinestitch.cli.snapping import snapped
 
 if TYPE_CHECKING:
     from kinestitch.edit import Edit, Seam
-    from kinestitch.solve.stitch import Solved
+    from kinestitch.solve.solved import Solved
 
 EDITS = ("replace", "insert", "append", "delete")
 Step = Callable[[str], None]
@@ -237,27 +237,14 @@ def _save(opened: Opened, output: str) -> None:
 
 def _solved(opened: Opened, how: tuple[Any, Any], lock: bool, step: Step) -> tuple[Solved, dict[str, Any]]:
     """The result, its feet locked where the rig has feet, and its numbers; how : chart and method."""
-    from dataclasses import replace
-
     from kinestitch.analysis.quality import report
-    from kinestitch.analysis.skating import skating_report
-    from kinestitch.errors import SkeletonMismatchError
-    from kinestitch.solve.footlock import Locked, locked, placed_contacts
+    from kinestitch.analysis.skating import feet_report
     from kinestitch.solve.stitch import solve_timeline
 
     step("solving the seams")
-    solved = solve_timeline(opened.timeline, opened.clips, chart=how[0], method=how[1])
-    feet = None
-    try:
-        contacts = placed_contacts(solved.placed)
-    except SkeletonMismatchError:
-        contacts = None
-    if contacts is not None:
-        after = locked(solved, contacts) if lock else Locked(solved.motion, contacts)
-        feet = {"locked": after.motion is not solved.motion, **skating_report(solved, after.motion, after.contacts)}
-        solved = replace(solved, motion=after.motion)
+    solved = solve_timeline(opened.timeline, opened.clips, chart=how[0], method=how[1], foot_lock=lock)
     step("measuring the seams")
-    return solved, {**report(solved), "feet": feet}
+    return solved, {**report(solved), "feet": feet_report(solved)}
 
 
 def _write(

@@ -21,7 +21,7 @@ from kinestitch.experiments import blender_side
 from kinestitch.solve.placed import Placed, target_window
 from kinestitch.solve.rivals.blends import own_poses
 from kinestitch.solve.rivals.gap import rooms
-from kinestitch.solve.stitch import as_motion
+from kinestitch.solve.solved import as_motion
 
 VARIABLE = "KINESTITCH_BLENDER"
 DEFAULT = Path(".venv-bpy/bin/python")

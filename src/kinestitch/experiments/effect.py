@@ -14,7 +14,8 @@ from kinestitch.experiments.page import Finding, Picture, Section, Table, panels
 from kinestitch.experiments.seams import random_cut
 from kinestitch.solve.laplacian import second_difference
 from kinestitch.solve.seam import visible_reach
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.stitch import solve_timeline
 
 PUNCHES = ("Hook Punch", "Uppercut Jab"), ("light_punch", "heavy_punch")
 ARM = ("RightForeArm", "LowerArm_R", "RightElbow")

@@ -11,7 +11,7 @@ from kinestitch.experiments import effect, path
 from kinestitch.experiments.dataset import DataSet
 from kinestitch.experiments.page import Finding, Section, Video
 from kinestitch.solve.rivals import crossfade
-from kinestitch.solve.stitch import Solved
+from kinestitch.solve.solved import Solved
 
 WIDTH = 0.2
 """s on each side that the crossfade takes."""

@@ -14,7 +14,8 @@ from kinestitch.experiments.dataset import DataSet
 from kinestitch.experiments.page import Finding, Section, Table, panels, picture, rows_of
 from kinestitch.experiments.seams import find_spins, joint_speeds
 from kinestitch.solve.chart import CHARTS, Chart
-from kinestitch.solve.stitch import solve_timeline, stitch_rotvecs
+from kinestitch.solve.rotvecs import stitch_rotvecs
+from kinestitch.solve.stitch import solve_timeline
 
 
 def injected(data: DataSet, *, stiffness: float = 1296.0) -> dict[str, Array]:

@@ -11,7 +11,8 @@ from kinestitch.edit.timeline import timeline
 from kinestitch.experiments.page import Picture, Section, panels, picture
 from kinestitch.render.filmstrip import filmstrip_figure
 from kinestitch.samples import sample
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.stitch import solve_timeline
 
 JOINT = "mixamorig:RightUpLeg"
 _COLOURS = ("#0072B2", "#009E73", "#D55E00", "#555555")

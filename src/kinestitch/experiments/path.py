@@ -17,7 +17,8 @@ from kinestitch.experiments.page import Finding, Picture, Section, Table, panels
 from kinestitch.render.filmstrip import filmstrip_figure
 from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.seam import seam_reach
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.stitch import solve_timeline
 
 WALK, ACTIONS = ("Walking", "walk"), (("Jumping", "jump"), ("Kicking", "kick"))
 RUN, JACKS = ("Running", "run"), ("Jumping Jacks", "jumping_jacks")

@@ -20,7 +20,8 @@ from kinestitch.experiments.trade_off import near_seam
 from kinestitch.solve.placed import Placed
 from kinestitch.solve.rivals import crossfade, dead_blend, hermite, inertialize
 from kinestitch.solve.seam import SeamPlace
-from kinestitch.solve.stitch import Solved, solve_timeline
+from kinestitch.solve.solved import Solved
+from kinestitch.solve.stitch import solve_timeline
 
 SECONDS = 0.2
 """s, width of the rivals on each side, half of it the half-life of inertialization; the solver keeps its default."""

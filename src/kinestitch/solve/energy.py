@@ -16,7 +16,7 @@ from kinestitch.solve.chart import centred_chart
 from kinestitch.solve.laplacian import solve_bands
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, seam_energy
-from kinestitch.solve.stitch import chart_window, hips_to_world, way_to_hips
+from kinestitch.solve.window import chart_window, hips_to_world, way_to_hips
 
 
 def priced_joints(skeleton: Skeleton) -> tuple[int, ...]:

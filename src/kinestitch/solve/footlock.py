@@ -28,8 +28,8 @@ from kinestitch.rig.hips import hip_height
 from kinestitch.solve.contacts import SHORTEST, Contacts, Leg, Mask, find_contacts, legs_of
 from kinestitch.solve.placed import Placed
 from kinestitch.solve.seam import Cluster, clusters
+from kinestitch.solve.solved import Solved
 from kinestitch.solve.stances import FootPath, carry_over, raised, wanted_path
-from kinestitch.solve.stitch import Solved
 
 Frames = NDArray[np.intp]
 

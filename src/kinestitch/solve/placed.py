@@ -14,7 +14,7 @@ import numpy as np
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.resample import resample, same_rate
-from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply
+from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_rotate
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import MissingClipError, RangeError
@@ -199,3 +199,15 @@ def target_window(placed: Placed, start: int, stop: int) -> tuple[Array, Array]:
             translations[here, joint] = placement.move(translations[here, joint])
         index += 1
     return rotations, translations
+
+
+def frame_above(placed: Placed) -> tuple[Array, Array]:
+    """World position (3,) and rotation (4,) of the frame the carrier hangs in; the same in every frame of the
+    result.
+    """
+    first = placed.sources[next(iter(placed.sources))]
+    position, rotation = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    for joint in placed.skeleton.chain(placed.carrier)[:-1]:
+        position = position + quat_rotate(rotation, first.translations[0, joint])
+        rotation = quat_multiply(rotation, first.rotations[0, joint])
+    return position, rotation

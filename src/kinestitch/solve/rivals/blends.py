@@ -18,7 +18,7 @@ from kinestitch.core.rotation import (
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.rivals.gap import check_width, rooms
 from kinestitch.solve.seam import SeamPlace, clusters, seam_curves
-from kinestitch.solve.stitch import as_motion
+from kinestitch.solve.solved import as_motion
 
 
 def crossfade(placed: Placed, width: int, *, eased: bool = False) -> Motion:

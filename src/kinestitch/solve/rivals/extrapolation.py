@@ -10,7 +10,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_continuous, quat_log, quat_multiply, rotvec_to_quat
 from kinestitch.solve.placed import Placed, Straddling, straddling, target_window
 from kinestitch.solve.rivals.gap import check_halflife, check_width, gap_between, spans
-from kinestitch.solve.stitch import as_motion
+from kinestitch.solve.solved import as_motion
 
 _LONGEST, _SHORTEST = 1.0, 0.05  # s, between which the half-life of each axis is chosen
 

@@ -18,7 +18,7 @@ from kinestitch.core.rotation import Array
 from kinestitch.errors import ParameterError
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.rivals.gap import add_offset, check_halflife, check_width, gap_between, rooms, spans
-from kinestitch.solve.stitch import as_motion
+from kinestitch.solve.solved import as_motion
 
 Sides = Literal["after", "both"]
 
