@@ -96,6 +96,15 @@ def test_long_vectors_turn_several_times(turns: float):
     close(kr.rotvec_to_quat(r), expected, atol=1e-14)
 
 
+def test_products_of_few_and_of_many_are_the_same():
+    p, q = many(1, (2000,)), many(2, (2000,))
+    whole = kr.quat_multiply(p, q)
+    theirs = (Rotation.from_quat(p) * Rotation.from_quat(q)).as_quat()
+    close(whole * np.sign(whole[:, 3:]), theirs * np.sign(theirs[:, 3:]), atol=1e-15)
+    close(np.stack([kr.quat_multiply(a, b) for a, b in zip(p[:50], q[:50], strict=True)]), whole[:50], atol=1e-15)
+    close(kr.quat_multiply(p[:3, None], q[:5]), kr.quat_multiply(p[:3, None], q)[:, :5], atol=1e-15)
+
+
 @pytest.mark.parametrize("order", kr.EULER_ORDERS)
 @given(q=quaternions())
 def test_euler_angles_agree_with_scipy(order: str, q: np.ndarray):

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from kinestitch.core.motion import Motion
+from kinestitch.core.motion import Motion, motion_of_units
 from kinestitch.core.rotation import quat_identity
 from kinestitch.core.skeleton import Skeleton, first_difference
 from kinestitch.errors import InvalidMotionError
@@ -72,13 +72,25 @@ def test_motions_refused(change, words: str):
         Motion(RIG, *change(*arrays()))
 
 
+def test_a_motion_made_from_units_is_one_as_any_other():
+    made = motion_of_units(RIG, *arrays(), 30, "clip")
+    check_motion(made)
+    assert (made.fps, made.name, made.frames) == (30.0, "clip", 4)
+    assert dataclasses.replace(made, name="again").rotations is made.rotations
+    with pytest.raises(InvalidMotionError, match="unit quaternions"):
+        motion_of_units(RIG, arrays()[0], arrays()[1] * 1.001, 30, "clip")
+    with pytest.raises(InvalidMotionError, match="fps > 0"):
+        motion_of_units(RIG, *arrays(), 0, "clip")
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("what", ["translations", "rotations"])
 def test_one_bad_number_is_found_and_named(bad: float, what: str):
     translations, rotations = arrays()
     (translations if what == "translations" else rotations)[2, 1, 1] = bad
-    with pytest.raises(InvalidMotionError, match="at frame 2, joint 'Spine'"):
-        Motion(RIG, translations, rotations, 30)
+    for make in (Motion, motion_of_units):
+        with pytest.raises(InvalidMotionError, match="at frame 2, joint 'Spine'"):
+            make(RIG, translations, rotations, 30, "clip")
 
 
 def test_arrays_are_read_only():

@@ -151,6 +151,31 @@ def test_the_centred_chart_ignores_signs_and_frames_of_reference(seed: int, leng
     assert quat_distance(turned, quat_multiply(plain, right)).max() < 1e-12
 
 
+@pytest.mark.parametrize("chart", ["centred", "principal"])
+@pytest.mark.parametrize("block", [1, 30, 100])
+def test_it_does_not_matter_in_which_blocks_a_window_is_worked_on(chart: str, block: int, monkeypatch):
+    rng = np.random.default_rng(block)
+    pieces = [rotvec_to_quat(swings(i, n, 6, 1.5)) for i, n in enumerate((40, 9, 30))]
+    rotations, around, cluster = window(pieces, 81.0)
+    rotations[20:] *= rng.choice([-1.0, 1.0], size=(6, 1))  # a jump inside the first segment, and others at seams
+    curves = seam_curves(cluster)
+
+    def solved() -> np.ndarray:
+        out = rotations.copy()
+        charted = (
+            centred_chart(rotations, around, cluster.local_frames)
+            if chart == "centred"
+            else principal_chart(around, np.array([[0.0, 0.0, 0.0, 1.0]] * 6))
+        )
+        solve_rotations(charted, cluster, curves, out)
+        return out
+
+    whole = solved()
+    assert quat_distance(whole, rotations).max() > 0.1
+    monkeypatch.setattr("kinestitch.solve.chart._BLOCK", block)
+    np.testing.assert_allclose(solved(), whole, rtol=0, atol=2e-15)
+
+
 @given(SEEDS)
 def test_each_segment_takes_the_sign_of_its_own_seam_frames(seed: int):
     pieces = turning(seed, [10, 6, 10], speed=0.02)

@@ -16,6 +16,10 @@ from kinestitch.errors import ParameterError
 
 Array = NDArray[np.float64]
 
+_FEW = 2048  # numbers; up to so many, one matrix product with a table is quicker than many small steps
+_HAMILTON = join(multiply(np.eye(4)[:, :, None], np.eye(4)[:, None, :])).reshape(16, 4)
+"""Row 4 i + j holds the product of the quaternions' units i and j."""
+
 EULER_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 
@@ -42,7 +46,11 @@ def quat_conjugate(q: ArrayLike) -> Array:
 
 def quat_multiply(p: ArrayLike, q: ArrayLike) -> Array:
     """Hamilton product ``p q`` of ``(..., 4)`` and ``(..., 4)``: rotate by `q` first, then by `p`."""
-    return join(multiply(split(np.asarray(p, dtype=np.float64)), split(np.asarray(q, dtype=np.float64))))
+    p, q = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
+    if p.size + q.size <= _FEW:
+        products = p[..., :, None] * q[..., None, :]
+        return np.asarray(products.reshape(*products.shape[:-2], 16) @ _HAMILTON)
+    return join(multiply(split(p), split(q)))
 
 
 def quat_rotate(q: ArrayLike, v: ArrayLike) -> Array:

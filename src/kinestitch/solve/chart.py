@@ -8,7 +8,8 @@ on the rest pose nor flips (§ Charts in docs/method.md).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -48,6 +49,9 @@ _BLOCK = 8192
 """Quaternions worked on at a time: temporaries then stay in the processor's cache, which halves the time of a long
 window.
 """
+
+_SAME_HEMISPHERE = 0.7
+"""Unit quaternions none of whose components differ by more than this are less than a right angle apart."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,7 +105,7 @@ def centred_chart(rotations: Array, straddling: Array, local_frames: Sequence[in
     edges = [0, *local_frames, len(rotations)]
     around = quat_multiply(quat_conjugate(base), straddling)
     flips = np.ones(around.shape[:3])
-    sign = _continuous_signs(rotations)
+    sign = _continuous_signs(rotations, local_frames)
     for seam, m in enumerate(local_frames):
         if sign is not None:
             flips[seam, :2], flips[seam, 2:] = sign[m - 1], sign[m]
@@ -119,24 +123,26 @@ def centred_chart(rotations: Array, straddling: Array, local_frames: Sequence[in
             sign[first:last, turn] *= -1.0
             for seam, rows in own:
                 flips[seam, rows, turn] *= -1.0
-    vectors, _ = chart_vectors(split(base), split(straddling), flips)
-    return Charted(base, sign, vectors)
+    return Charted(base, sign, log(split(flips[..., None] * around)))
 
 
 def _agree(p: Array, q: Array) -> Array:
     return np.where(np.einsum("ji,ji->j", p, q) < 0, -1.0, 1.0)
 
 
-def _continuous_signs(rotations: Array) -> Array | None:
-    """Signs (n, J) that make neighbouring frames agree in hemisphere, +1 at the first frame; None where all are +1."""
+def _continuous_signs(rotations: Array, local_frames: Sequence[int]) -> Array | None:
+    """Signs (n, J) that make neighbouring frames of each segment agree in hemisphere; None where all are +1."""
     frames, joints = rotations.shape[:2]
     ones = np.ones(4)
     step = max(1, _BLOCK // joints)
     apart = np.zeros((frames, joints), dtype=bool)
     for start in range(1, frames, step):
         rows = slice(start, min(start + step, frames))
-        before = slice(rows.start - 1, rows.stop - 1)
-        np.less((rotations[rows] * rotations[before]) @ ones, 0, out=apart[rows])
+        here, before = rotations[rows], rotations[rows.start - 1 : rows.stop - 1]
+        change = here - before
+        change[[m - start for m in local_frames if start <= m < rows.stop]] = 0.0
+        if max(change.max(), -change.min()) > _SAME_HEMISPHERE:
+            np.less((here * before) @ ones, 0, out=apart[rows])
     some = np.flatnonzero(apart.any(axis=0))
     if len(some) == 0:
         return None
@@ -156,7 +162,7 @@ def chart_vectors(
     parts = multiply((-x, -y, -z, w), rotations)
     if principal:
         sign = np.where(parts[3] < 0, -1.0, 1.0)
-    return np.stack(log(parts if sign is None else [sign * part for part in parts])), sign
+    return log(parts if sign is None else [sign * part for part in parts]), sign
 
 
 def unchart(base: Array, vectors: Array, sign: Array | None) -> tuple[Array, ...]:
@@ -187,23 +193,53 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array | None, ro
     """
     offsets = charted.offsets
     whole = correction(cluster, offsets) if curves is None else np.empty(0)
+    offsets = offsets.swapaxes(1, 2).copy()
     frames, joints = rotations.shape[:2]
     overturned = _takes_long_way(charted)
     near = _near_seams(cluster)
+    base = quat_multiply(charted.base[:, None], np.eye(4))  # (J, 4, 4): q @ base[j] is the product base[j] q
     step = min(frames, max(1, _BLOCK // joints))
-    base = np.repeat(charted.base.T[:, None], step, axis=1).reshape(4, -1)
-    for start in range(0, frames, step):
-        rows = slice(start, min(start + step, frames))
-        here = base[:, : (rows.stop - start) * joints]
-        if charted.sign is not None:  # told by the base, the sign is applied once instead of on both ways
-            here = here * charted.sign[rows].reshape(-1)
-        vectors, sign = chart_vectors(here, split(rotations[rows].reshape(-1, 4)), None, principal=charted.principal)
-        vectors += (whole[:, rows] if curves is None else curves[rows] @ offsets).reshape(3, -1)
-        join(unchart(here, vectors, sign), out=rotations[rows].reshape(-1, 4))
+    scratch = np.empty((4, joints, step))
+    for rows in _blocks(cluster, step):
+        parts = scratch[..., : rows.stop - rows.start]
+        block = rotations[rows].swapaxes(0, 1)
+        turn, sign = _signed(base, None if charted.sign is None else charted.sign[rows])
+        np.matmul(block, turn.swapaxes(1, 2), out=parts.transpose(1, 2, 0))
+        if charted.principal:
+            sign = np.where(parts[3] < 0, -1.0, 1.0)
+        if sign is not None:
+            parts *= sign
+        vectors = log(parts, out=parts[:3])
+        vectors += whole[:, rows].swapaxes(1, 2) if curves is None else offsets @ curves[rows].T
         if near[rows].any() and not charted.principal:
-            square = (vectors**2).sum(axis=0).reshape(-1, joints)[near[rows]]
-            overturned |= (square > OVERTURN**2).any(axis=0)
+            overturned |= ((vectors[..., near[rows]] ** 2).sum(axis=0) > OVERTURN**2).any(axis=1)
+        exp(vectors, out=parts)
+        if sign is not None:
+            parts *= sign
+        np.matmul(parts.transpose(1, 2, 0), turn, out=block)
     return np.flatnonzero(overturned)
+
+
+def _blocks(cluster: Cluster, step: int) -> Iterator[slice]:
+    """The frames of a window in blocks of at most `step`, which end at a seam where one lies in their second half."""
+    start, seams = 0, cluster.local_frames
+    while start < cluster.frames:
+        stop = min(start + step, cluster.frames)
+        before = bisect_left(seams, stop) - 1
+        if before >= 0 and seams[before] > start + step // 2:
+            stop = seams[before]
+        yield slice(start, stop)
+        start = stop
+
+
+def _signed(base: Array, sign: Array | None) -> tuple[Array, Array | None]:
+    """The base (J, 4, 4) with the signs of a block's first frame in it, and what is left of the signs: (J, n) or
+    None.
+    """
+    if sign is None:
+        return base, None
+    left = sign * sign[0]
+    return base * sign[0][:, None, None], None if left.min() > 0 else left.T
 
 
 def _takes_long_way(charted: Charted) -> NDArray[np.bool_]:
@@ -215,9 +251,11 @@ def _takes_long_way(charted: Charted) -> NDArray[np.bool_]:
     if charted.principal or charted.straddling.shape[1] < 2:
         return np.zeros(charted.base.shape[0], dtype=bool)
     told = np.linalg.norm(charted.straddling[:, :, 2:] - charted.straddling[:, :, :2], axis=0)
-    poses = join(exp(charted.straddling))
-    shortest = quat_distance(poses[:, :2], poses[:, 2:])
-    return np.asarray(((told > LONG_WAY * np.pi) & (told > LONG_WAY_FACTOR * shortest)).any(axis=(0, 1)))
+    far = told > LONG_WAY * np.pi
+    if far.any():
+        poses = join(exp(charted.straddling))
+        far &= told > LONG_WAY_FACTOR * quat_distance(poses[:, :2], poses[:, 2:])
+    return np.asarray(far.any(axis=(0, 1)))
 
 
 def _near_seams(cluster: Cluster) -> np.ndarray:

@@ -93,7 +93,8 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
     chain = original.skeleton.chain(hips_joint(original.skeleton))
     matched = {key: resample(fit_motion(clips[key], original, key), timeline.fps) for key in used}
     writes = carrier_joint(original)
-    carrier = max([writes, *map(carrier_joint, matched.values())], key=chain.index)
+    others = [motion for motion in matched.values() if motion is not original]
+    carrier = max([writes, *map(carrier_joint, others)], key=chain.index)
     sources = {key: with_world_carrier(motion, carrier) for key, motion in matched.items()}
     starts = timeline.starts
     placed = Placed(

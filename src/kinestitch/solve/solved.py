@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from kinestitch.core.motion import Motion
+from kinestitch.core.motion import Motion, motion_of_units
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_rotate
 from kinestitch.rig.carrier import lift_travel
 from kinestitch.solve.chart import Chart
@@ -66,5 +66,5 @@ def as_motion(placed: Placed, rotations: Array, translations: Array) -> Motion:
     rotations.setflags(write=False)
     translations.setflags(write=False)
     name = placed.timeline.segments[0].clip
-    motion = Motion(placed.skeleton, translations, rotations, placed.timeline.fps, name=name)
+    motion = motion_of_units(placed.skeleton, translations, rotations, placed.timeline.fps, name)
     return motion if placed.writes == carrier else lift_travel(motion, placed.writes, carrier)
