@@ -33,7 +33,8 @@ from kinestitch.solve.energy import seam_price
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import SeamPlace, clusters, shared_curves, visible_reach
 from kinestitch.solve.solved import Solved
-from kinestitch.solve.window import chart_window, hips_to_world, solve_translations, way_to_hips
+from kinestitch.solve.sources import own_triples
+from kinestitch.solve.window import chart_window, hips_to_world, parts, solve_translations, way_to_hips
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,20 +145,6 @@ def _signs(p: Array, q: Array) -> Array:
     return np.where(np.einsum("...i,...i->...", p, q) < 0, -1.0, 1.0)
 
 
-def own_triples(placed: Placed, start: int, stop: int) -> Array:
-    """Each source's own previous, present and next rotations for frames [start, stop): (3, n, J, 4)."""
-    rotations, _ = target_window(placed, start - 1, stop + 1)
-    triples = np.stack([rotations[:-2], rotations[1:-1], rotations[2:]])
-    for seam in placed.seams:
-        if start < seam.frame + 1 and seam.frame - 1 < stop:
-            poses = straddling(placed, seam).rotations
-            if start <= seam.frame - 1 < stop:
-                triples[2, seam.frame - 1 - start] = poses[1]
-            if start <= seam.frame < stop:
-                triples[0, seam.frame - start] = poses[2]
-    return triples
-
-
 def seam_quality(solved: Solved, seam: SeamPlace) -> SeamQuality:
     """All numbers of one seam of a solved timeline."""
     frame, motion, cut = seam.frame, solved.motion, solved.cut
@@ -194,13 +181,16 @@ def solve_proper(solved: Solved) -> Callable[[], None]:
         vectors, _ = chart_vectors(
             split(charted.base)[:, None], split(rotations), charted.sign, principal=charted.principal
         )
-        work.append((cluster, charted, vectors, translations, around))
+        for joints, part in parts(solved.placed, cluster):
+            travels = isinstance(joints, slice) or solved.placed.carrier in joints
+            work.append((part, charted.of(joints), vectors[..., joints], translations, around if travels else None))
 
     def run() -> None:
-        for cluster, charted, vectors, translations, around in work:
-            curves = shared_curves(cluster)
-            corrected(vectors, charted.offsets, cluster, curves)
-            solve_translations(solved.placed.carrier, cluster, curves, translations, around)
+        for part, charted, vectors, translations, around in work:
+            curves = shared_curves(part)
+            corrected(vectors, charted.offsets, part, curves)
+            if around is not None:
+                solve_translations(solved.placed.carrier, part, curves, translations, around)
 
     return run
 
