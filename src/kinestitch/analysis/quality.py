@@ -207,15 +207,32 @@ def solve_milliseconds(solved: Solved, repeats: int = 5) -> float:
     return min(once() for _ in range(repeats))
 
 
+def _automatic(placed: Placed, seam: SeamPlace) -> dict[str, Any]:
+    """What was chosen for an automatic seam: its smoothing time in s, and each part's of the body."""
+
+    def chosen(stiffness: float) -> float:
+        return float(stiffness**0.25 / placed.timeline.fps)
+
+    number = [other.index for other in placed.seams].index(seam.index)
+    groups = {group.name: group.stiffness[number] for group in placed.groups}
+    return {
+        "automatic": True,
+        "smoothing_s": chosen(seam.stiffness),
+        "groups": {name: {"lambda": value, "smoothing_s": chosen(value)} for name, value in groups.items()},
+    }
+
+
 def report(solved: Solved) -> Mapping[str, Any]:
     """The numbers of a stitch as one JSON object: ``frames``, ``fps``, ``joints``, ``solve_ms`` and a list of
-    ``seams``.
+    ``seams``. A seam's ``lambda`` is as solved; where it was chosen by itself, the largest of its ``groups``.
     """
     motion = solved.motion
     seams = []
     for seam in solved.seams:
         numbers = asdict(seam_quality(solved, seam))
         numbers["lambda"] = numbers.pop("stiffness")
+        if solved.placed.timeline.seams[seam.index].automatic:
+            numbers |= _automatic(solved.placed, seam)
         seams.append(numbers)
     return {
         "frames": motion.frames,

@@ -1,18 +1,15 @@
 """As much time for every seam as it needs and no more: λ chosen so that what a seam adds stays under a share of what
 its sources do anyway.
 
-What the solve adds to the acceleration of a joint is known in closed form before anything is solved: with the curves
-g₀, g₁ of λ it is ``L c − e``, two scalar curves times the two rows of offsets (Eq. 27). The smallest λ that keeps all
-bounds is found on that form alone, for every part of the body by itself: an arm that hangs still at a cut need not wait
-for the legs (Eq. 29).
+The smallest λ that keeps all bounds is found on closed forms alone (:mod:`kinestitch.solve.added`), for every part of
+the body by itself: an arm that hangs still at a cut need not wait for the legs (Eq. 29).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -20,13 +17,10 @@ from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING
 from kinestitch.errors import ParameterError
 from kinestitch.rig.groups import BODY, joint_groups
-from kinestitch.solve.chart import centred_chart
-from kinestitch.solve.laplacian import second_difference
-from kinestitch.solve.placed import JointGroup, Placed, straddling
-from kinestitch.solve.root import displacement_residuals
-from kinestitch.solve.seam import VISIBLE, Cluster, SeamPlace, cluster_rows, row_curves, seam_curves
+from kinestitch.solve.added import added_to_path, added_turning, seam_gap
+from kinestitch.solve.placed import JointGroup, Placed
+from kinestitch.solve.seam import VISIBLE, SeamPlace
 from kinestitch.solve.sources import Strength, own_strength
-from kinestitch.solve.window import hips_to_world, way_to_hips
 
 LEAST, MOST = 0.03, 0.6
 """Smoothing times in s between which an automatic seam stays."""
@@ -38,7 +32,6 @@ NEAREST = 1.1
 """A bound that no λ keeps is replaced by this many times the least that any λ comes to."""
 
 _STEP = 1.3  # from one tried smoothing time to the next
-_NEAR = 12.0  # λ^¼ on each side that are looked at; what lies beyond is less than 3e-4 of the peaks
 _CLOSE = 1e-3  # of a bound, by which a chosen λ may stay under it
 _TRIES = 12
 
@@ -52,7 +45,7 @@ class Share:
     Raises ParameterError unless all are above 0; infinity sets no bound.
     """
 
-    acceleration: float = 0.25
+    acceleration: float = 0.125
     velocity: float = 1.0
     path: float = 1.0
 
@@ -61,125 +54,43 @@ class Share:
             if not getattr(self, name) > 0:
                 raise ParameterError(f"Expected a share of {name} above 0, got {getattr(self, name)}.")
 
+    def of(self, own: Strength) -> Array:
+        """The bounds (3,) on acceleration, velocity and path, rad/s², rad/s and m/s²."""
+        shares = np.array([self.acceleration, self.velocity, self.path])
+        return shares * np.maximum(astuple(own), astuple(UNSEEN))
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Gap:
-    """What a seam has to close, and where in a result.
 
-    products : (3, J) rad², of each joint d_{m−1}·d_{m−1}, d_{m−1}·d_m, d_m·d_m
-    height : (2,) m, the rows d_{m−1}, d_m of the joint that carries the travel
-    path : (3, 2) m, its displacements' residuals in the intervals m−2, m−1, m (Eq. 15)
-    before, after : frames of the result on either side; fps : its rate
+def with_automatic(
+    placed: Placed,
+    share: Share | None = None,
+    *,
+    grouped: bool = True,
+    strength: Callable[[Placed, SeamPlace], Strength] = own_strength,
+) -> Placed:
+    """The same with a λ for every automatic seam, which :func:`place_timeline` leaves at the default's (Eq. 29).
+
+    share : the default's when left out; strength : what the sources show around a seam
+    grouped : every part of the body takes its own λ (:func:`joint_groups`); the seam itself has the largest of them
     """
-
-    products: Array
-    height: Array
-    path: Array
-    before: int
-    after: int
-    fps: float
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Response:
-    """What a seam adds for unit gaps, per frame: bend (n, 2) for rows d_{m−1}, d_m; path (n, 3) for residual rows.
-
-    bends, steps : (n, 3) and (n − 1, 3), products of columns 00, 01, 11; at_seam : (2, 3) of the seam's own interval,
-    against the left source and against the right one
-    """
-
-    bend: Array
-    path: Array
-    bends: Array
-    steps: Array
-    at_seam: Array
-
-
-def with_automatic(placed: Placed, share: Share | None = None, *, grouped: bool = True) -> Placed:
-    """The same with a λ for every automatic seam, which :func:`place_timeline` leaves at the default's.
-
-    grouped : every part of the body takes its own (:func:`joint_groups`); the seam itself has the largest of them
-    """
-    share = Share() if share is None else share
     automatic = [placed.timeline.seams[seam.index].automatic for seam in placed.seams]
     if not any(automatic):
         return placed
     everything = {BODY: tuple(range(placed.skeleton.joint_count))}
     groups = joint_groups(placed.skeleton) if grouped else everything
-    table = np.array(
-        [
-            _chosen(placed, number, share, groups) if chosen else [placed.seams[number].stiffness] * len(groups)
-            for number, chosen in enumerate(automatic)
-        ]
-    )
+    rows = []
+    for number, seam in enumerate(placed.seams):
+        if automatic[number]:
+            limits = (Share() if share is None else share).of(strength(placed, seam))
+            rows.append(_chosen(placed, number, limits, groups))
+        else:
+            rows.append([seam.stiffness] * len(groups))
+    table = np.array(rows)
     seams = tuple(replace(seam, stiffness=float(row.max())) for seam, row in zip(placed.seams, table, strict=True))
     parts = tuple(
         JointGroup(name, joints, tuple(map(float, column)))
         for (name, joints), column in zip(groups.items(), table.T, strict=True)
     )
     return replace(placed, seams=seams, groups=parts if len(parts) > 1 else ())
-
-
-def seam_gap(placed: Placed, seam: SeamPlace) -> Gap:
-    """What a seam has to close, charted around itself; hips below the carrier as the world sees them."""
-    around = straddling(placed, seam)
-    poses = around.rotations
-    hips_to_world(way_to_hips(placed), poses)
-    first, second = np.moveaxis(centred_chart(poses[[0, 3]], poses[None], [1]).offsets, 1, 0)
-    products = np.stack([(a * b).sum(axis=0) for a, b in ((first, first), (first, second), (second, second))])
-    height = around.translations[2:, placed.carrier, 1] - around.translations[:2, placed.carrier, 1]
-    residuals = displacement_residuals(around.left_path, around.right_path)
-    return Gap(products, height, residuals, seam.frame, placed.frames - seam.frame, placed.timeline.fps)
-
-
-def added_turning(gap: Gap, stiffness: float, joints: Sequence[int] | slice = slice(None)) -> tuple[Array, Array]:
-    """Peaks over time of what a seam of this λ adds to its sources' angular acceleration, (J,) rad/s², and angular
-    velocity, (J,) rad/s, known without solving for it (Eq. 27).
-    """
-    response = _response_to(gap, stiffness)
-    products = gap.products[:, joints]
-    bend = (response.bends @ products).max(axis=0)
-    step = np.maximum((response.steps @ products).max(axis=0), (response.at_seam @ products).min(axis=0))
-    return np.sqrt(np.maximum(bend, 0.0)) * gap.fps**2, np.sqrt(np.maximum(step, 0.0)) * gap.fps
-
-
-def added_to_path(gap: Gap, stiffness: float) -> float:
-    """Peak over time of what a seam of this λ adds to the acceleration of the joint that carries the travel: m/s²
-    (Eq. 28).
-    """
-    response = _response_to(gap, stiffness)
-    ground, height = response.path @ gap.path, response.bend @ gap.height
-    return float(np.sqrt(((ground**2).sum(axis=1) + height**2).max())) * gap.fps**2
-
-
-def _response_to(gap: Gap, stiffness: float) -> _Response:
-    near = math.ceil(_NEAR * stiffness**0.25) + 8
-    return _response(stiffness, min(gap.before, near), min(gap.after, near))
-
-
-@lru_cache(maxsize=256)
-def _response(stiffness: float, before: int, after: int) -> _Response:
-    cluster = Cluster(0, before + after, (SeamPlace(0, before, stiffness),))
-    last = cluster.frames - 1
-    curves = seam_curves(cluster)
-    bend = second_difference(curves)
-    for frame, column, value in ((before - 1, 1, 1.0), (before, 0, -1.0)):  # less e, where it has a row
-        if 0 < frame < last:
-            bend[frame, column] += value
-    steps = np.diff(curves, axis=0)
-    at_seam = steps[before - 1] + np.eye(2)
-    steps[before - 1] = 0.0
-    path = np.zeros((cluster.frames, 3))
-    moved = row_curves(cluster_rows(cluster, intervals=True), [before - 2, before - 1, before])
-    path[1:-1] = np.diff(moved, axis=0)
-    for frame in (before - 1, before):
-        if 0 < frame < last:
-            path[frame, 0] -= 1.0
-    return _Response(bend, path, *(_products(rows) for rows in (bend, steps, at_seam)))
-
-
-def _products(rows: Array) -> Array:
-    return np.column_stack([rows[:, 0] ** 2, 2 * rows[:, 0] * rows[:, 1], rows[:, 1] ** 2])
 
 
 def widest(placed: Placed, number: int) -> float:
@@ -192,17 +103,9 @@ def widest(placed: Placed, number: int) -> float:
     return min(MOST, max(DEFAULT_SMOOTHING, room))
 
 
-def _chosen(placed: Placed, number: int, share: Share, groups: Mapping[str, Sequence[int]]) -> list[float]:
+def _chosen(placed: Placed, number: int, limits: Array, groups: Mapping[str, Sequence[int]]) -> list[float]:
     """λ of each group at one seam."""
-    seam = placed.seams[number]
-    gap, own = seam_gap(placed, seam), own_strength(placed, seam)
-    limits = np.array(
-        [
-            share.acceleration * max(own.acceleration, UNSEEN.acceleration),
-            share.velocity * max(own.velocity, UNSEEN.velocity),
-            share.path * max(own.path, UNSEEN.path),
-        ]
-    )
+    gap = seam_gap(placed, placed.seams[number])
     shortest, longest = LEAST * gap.fps, widest(placed, number) * gap.fps
     steps = math.ceil(math.log(longest / shortest) / math.log(_STEP))
     widths = [*(shortest * _STEP**step for step in range(steps)), longest]
