@@ -17,7 +17,9 @@ def labels(timeline: Timeline) -> list[tuple[str, int]]:
 def seams() -> st.SearchStrategy[Seam]:
     size = st.floats(0, 1e6, allow_nan=False)
     return st.one_of(
-        st.just(Seam()), size.map(lambda x: Seam(stiffness=x)), st.floats(0, 5).map(lambda x: Seam(smoothing=x))
+        st.sampled_from([Seam(), Seam(automatic=True)]),
+        size.map(lambda x: Seam(stiffness=x)),
+        st.floats(0, 5).map(lambda x: Seam(smoothing=x)),
     )
 
 

@@ -140,10 +140,10 @@ def test_unknown_settings_are_counted_and_kept_out(saved):
         own(data)["colour"] = "red"
         own(data)["clips"][0]["actor"] = "Ann"
         for clip in data["tracks"]["children"][0]["children"][1:]:
-            clip["metadata"]["kinestitch"]["seam"]["automatic"] = True
+            clip["metadata"]["kinestitch"]["seam"]["elastic"] = True
 
     changed(saved, change)
-    with pytest.warns(KinestitchWarning, match="3 × unknown setting 'automatic'.*'colour'") as caught:
+    with pytest.warns(KinestitchWarning, match="3 × unknown setting 'elastic'.*'colour'") as caught:
         document = load_document(saved)
     assert len(caught) == 1
     assert "'actor'" in str(caught[0].message)

@@ -33,7 +33,8 @@ from kinestitch.solve.energy import seam_price
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import SeamPlace, clusters, shared_curves, visible_reach
 from kinestitch.solve.solved import Solved
-from kinestitch.solve.window import chart_window, hips_to_world, solve_translations, way_to_hips
+from kinestitch.solve.sources import own_triples
+from kinestitch.solve.window import chart_window, hips_to_world, parts, solve_translations, way_to_hips
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,20 +145,6 @@ def _signs(p: Array, q: Array) -> Array:
     return np.where(np.einsum("...i,...i->...", p, q) < 0, -1.0, 1.0)
 
 
-def own_triples(placed: Placed, start: int, stop: int) -> Array:
-    """Each source's own previous, present and next rotations for frames [start, stop): (3, n, J, 4)."""
-    rotations, _ = target_window(placed, start - 1, stop + 1)
-    triples = np.stack([rotations[:-2], rotations[1:-1], rotations[2:]])
-    for seam in placed.seams:
-        if start < seam.frame + 1 and seam.frame - 1 < stop:
-            poses = straddling(placed, seam).rotations
-            if start <= seam.frame - 1 < stop:
-                triples[2, seam.frame - 1 - start] = poses[1]
-            if start <= seam.frame < stop:
-                triples[0, seam.frame - start] = poses[2]
-    return triples
-
-
 def seam_quality(solved: Solved, seam: SeamPlace) -> SeamQuality:
     """All numbers of one seam of a solved timeline."""
     frame, motion, cut = seam.frame, solved.motion, solved.cut
@@ -194,13 +181,16 @@ def solve_proper(solved: Solved) -> Callable[[], None]:
         vectors, _ = chart_vectors(
             split(charted.base)[:, None], split(rotations), charted.sign, principal=charted.principal
         )
-        work.append((cluster, charted, vectors, translations, around))
+        for joints, part in parts(solved.placed, cluster):
+            travels = isinstance(joints, slice) or solved.placed.carrier in joints
+            work.append((part, charted.of(joints), vectors[..., joints], translations, around if travels else None))
 
     def run() -> None:
-        for cluster, charted, vectors, translations, around in work:
-            curves = shared_curves(cluster)
-            corrected(vectors, charted.offsets, cluster, curves)
-            solve_translations(solved.placed.carrier, cluster, curves, translations, around)
+        for part, charted, vectors, translations, around in work:
+            curves = shared_curves(part)
+            corrected(vectors, charted.offsets, part, curves)
+            if around is not None:
+                solve_translations(solved.placed.carrier, part, curves, translations, around)
 
     return run
 
@@ -217,15 +207,32 @@ def solve_milliseconds(solved: Solved, repeats: int = 5) -> float:
     return min(once() for _ in range(repeats))
 
 
+def _automatic(placed: Placed, seam: SeamPlace) -> dict[str, Any]:
+    """What was chosen for an automatic seam: its smoothing time in s, and each part's of the body."""
+
+    def chosen(stiffness: float) -> float:
+        return float(stiffness**0.25 / placed.timeline.fps)
+
+    number = [other.index for other in placed.seams].index(seam.index)
+    groups = {group.name: group.stiffness[number] for group in placed.groups}
+    return {
+        "automatic": True,
+        "smoothing_s": chosen(seam.stiffness),
+        "groups": {name: {"lambda": value, "smoothing_s": chosen(value)} for name, value in groups.items()},
+    }
+
+
 def report(solved: Solved) -> Mapping[str, Any]:
     """The numbers of a stitch as one JSON object: ``frames``, ``fps``, ``joints``, ``solve_ms`` and a list of
-    ``seams``.
+    ``seams``. A seam's ``lambda`` is as solved; where it was chosen by itself, the largest of its ``groups``.
     """
     motion = solved.motion
     seams = []
     for seam in solved.seams:
         numbers = asdict(seam_quality(solved, seam))
         numbers["lambda"] = numbers.pop("stiffness")
+        if solved.placed.timeline.seams[seam.index].automatic:
+            numbers |= _automatic(solved.placed, seam)
         seams.append(numbers)
     return {
         "frames": motion.frames,

@@ -13,25 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinestitch.analysis.quality import own_triples
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_mean, quat_multiply, quat_to_rotvec
 from kinestitch.errors import ParameterError
 from kinestitch.solve.placed import Placed, straddling
 from kinestitch.solve.seam import SeamPlace
-
-PERCENTILE = 95.0
-"""What counts as a source's own strength: this percentile of it over the frames near the seam."""
+from kinestitch.solve.sources import PERCENTILE, own_velocities, velocity_between
 
 
 def angular_velocity(rotations: Array, fps: float) -> Array:
     """ω (F − 1, J, 3) rad/s of rotations (F, J, 4), from each frame to the next, in the joint's own axes."""
-    return _velocity(rotations[:-1], rotations[1:], fps)
-
-
-def _velocity(before: Array, after: Array, fps: float) -> Array:
-    return quat_to_rotvec(quat_multiply(quat_conjugate(before), after)) * fps
+    return velocity_between(rotations[:-1], rotations[1:], fps)
 
 
 def angular_acceleration(rotations: Array, fps: float) -> Array:
@@ -86,9 +79,8 @@ def own_acceleration(placed: Placed, seam: SeamPlace, reach: int) -> Array:
     Each source among its own neighbours, some of which are not part of the result, so that the cut itself is not in it.
     Raises ParameterError for a reach that leaves nothing to look at.
     """
-    before, here, after = own_triples(placed, *_near(placed, seam, reach))
-    first, second = (_velocity(a, b, placed.timeline.fps) for a, b in ((before, here), (here, after)))
-    return np.asarray(np.linalg.norm(second - first, axis=-1) * placed.timeline.fps)
+    into, out, _ = own_velocities(placed, *_near(placed, seam, reach))
+    return np.asarray(np.linalg.norm(out - into, axis=-1) * placed.timeline.fps)
 
 
 def acceleration_near(motion: Motion, placed: Placed, seam: SeamPlace, reach: int) -> Array:
@@ -115,8 +107,7 @@ def added_velocity(motion: Motion, placed: Placed, seam: SeamPlace, reach: int) 
     interval only.
     """
     start, stop = _near(placed, seam, reach)
-    before, here, after = own_triples(placed, start, stop)
-    into, out = (np.linalg.norm(_velocity(a, b, motion.fps), axis=-1) for a, b in ((before, here), (here, after)))
+    into, out = (np.linalg.norm(velocity, axis=-1) for velocity in own_velocities(placed, start, stop)[:2])
     result = np.linalg.norm(angular_velocity(motion.rotations[start:stop], motion.fps), axis=-1)
     return _added(result, np.maximum(out[:-1], into[1:]))
 

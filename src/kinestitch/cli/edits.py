@@ -21,11 +21,12 @@ class SegmentFacts:
 
 @dataclass(frozen=True, slots=True)
 class SeamFacts:
-    """A seam before `frame` of the result; smoothing : s; stiffness : λ at the edit's rate."""
+    """A seam before `frame` of the result; smoothing : s; stiffness : λ at the edit's rate; None where `automatic`."""
 
     frame: int
-    smoothing: float
-    stiffness: float
+    smoothing: float | None
+    stiffness: float | None
+    automatic: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ def edit_facts(path: str) -> EditFacts:
     with warnings_as_lines(oddities.append):
         document = load_document(path, probe=probe)
     line, starts = document.timeline, document.timeline.starts
-    stiffness = [seam.lambda_at(line.fps) for seam in line.seams]
+    stiffness = [None if seam.automatic else seam.lambda_at(line.fps) for seam in line.seams]
     files = {clip.key: document.sources.get(clip.key, "") for clip in line.clips}
     return EditFacts(
         file=path,
@@ -80,7 +81,7 @@ def edit_facts(path: str) -> EditFacts:
             for start, segment in zip(starts, line.segments, strict=False)
         ),
         seams=tuple(
-            SeamFacts(frame, value**0.25 / line.fps, value)
+            SeamFacts(frame, None if value is None else value**0.25 / line.fps, value, value is None)
             for frame, value in zip(starts[1:-1], stiffness, strict=True)
         ),
         sources=tuple(
@@ -101,16 +102,19 @@ def show_edit_facts(told: EditFacts) -> None:
         ("frames", f"{told.frames}, numbered 0 to {told.frames - 1}"),
         ("duration", f"{told.duration:.3f} s"),
         *(("segment", f"from {part.start}: {part.clip} {part.first}:{part.stop}") for part in told.segments),
-        *(
-            ("seam", f"before {seam.frame}: smoothing {seam.smoothing:.3g} s (λ = {seam.stiffness:.4g})")
-            for seam in told.seams
-        ),
+        *(("seam", f"before {seam.frame}: {_smoothing(seam)}") for seam in told.seams),
         *(("clip", _source(source)) for source in told.sources),
         *(("warning", oddity) for oddity in told.warnings),
     ]
     for name, value in rows:
         table.add_row(name, value)
     console().print(table)
+
+
+def _smoothing(seam: SeamFacts) -> str:
+    if seam.smoothing is None:
+        return "smoothing automatic"
+    return f"smoothing {seam.smoothing:.3g} s (λ = {seam.stiffness:.4g})"
 
 
 def _source(source: SourceFacts) -> str:

@@ -50,7 +50,7 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
             table.add_row(
                 str(seam["frame"]),
                 f"{left.clip} {left.range.stop - 1} → {right.clip} {right.range.start}",
-                f"{seam['lambda'] ** 0.25 / numbers['fps']:.3g}",
+                _smoothing(seam, numbers["fps"]),
                 _change(seam, "rotation_step_deg", "{:.1f}"),
                 _change(seam, "angular_velocity_step_deg_s", "{:.0f}"),
                 f"{seam['deviation_max_deg']:.1f}",
@@ -76,6 +76,13 @@ def show_edit(timeline: Timeline, output: str) -> None:
 
 def _size(frames: int, fps: float) -> str:
     return f"{counted(frames, 'frame')}, {fps:g} fps, {(frames - 1) / fps:.2f} s"
+
+
+def _smoothing(seam: dict[str, Any], fps: float) -> str:
+    """A smoothing time in s, or the shortest and longest of the body's parts."""
+    longest = seam["lambda"] ** 0.25 / fps
+    shortest = min((part["smoothing_s"] for part in seam.get("groups", {}).values()), default=longest)
+    return f"{longest:.3g}" if shortest == longest else f"{shortest:.2g}–{longest:.2g}"
 
 
 def _change(seam: dict[str, Any], name: str, form: str, scale: float = 1.0) -> str:

@@ -49,6 +49,9 @@ Step = Callable[[str], None]
     help="Instead of --smooth, the method's own λ = (seconds · fps)⁴: larger is smoother and wider, 0 a hard cut.",
 )
 @click.option(
+    "--auto", is_flag=True, help="Instead of --smooth, for each seam as little time as its clips' own movement allows."
+)
+@click.option(
     "--snap",
     type=NOT_NEGATIVE,
     metavar="SECONDS",
@@ -88,6 +91,7 @@ def stitch(
     take: str | None,
     smooth: float | None,
     stiffness: float | None,
+    auto: bool,
     snap: float | None,
     chart: str,
     method: str,
@@ -114,13 +118,13 @@ def stitch(
       kinestitch stitch walk.bvh --append walk.bvh --append run.bvh@:90 -o go.bvh
       kinestitch stitch walk.bvh --delete 30:50 --insert 80 jump.bvh \\
                  --smooth 0.2 --report seams.json -o out.glb
-      kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 -o out.bvh
+      kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 --auto -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
     edits = in_order(ctx, EDITS)
     _check_paths(ctx, original, edits, output, report)
-    seam = _seam(ctx, smooth, stiffness)
+    seam = _seam(ctx, smooth, stiffness, auto)
     with progress(len(edits) + 6) as step:
         opened, notes = _edited(Library(step), original, take, edits, seam)
         if snap is not None:
@@ -182,12 +186,15 @@ def _reference(edit: tuple[str, Any]) -> tuple[str, int | None, int | None] | No
     return reference
 
 
-def _seam(ctx: click.Context, smooth: float | None, stiffness: float | None) -> Seam | None:
+def _seam(ctx: click.Context, smooth: float | None, stiffness: float | None, auto: bool) -> Seam | None:
     from kinestitch.edit import Seam
 
     if smooth is not None and stiffness is not None:
         raise click.UsageError("Expected --smooth or --lambda, got both. Leave one out.", ctx)
-    return None if smooth is None and stiffness is None else Seam(stiffness, smooth)
+    if auto and (smooth is not None or stiffness is not None):
+        other = "--lambda" if smooth is None else "--smooth"
+        raise click.UsageError(f"Expected --auto or {other}, got both. Leave one out.", ctx)
+    return Seam(stiffness, smooth, auto) if auto or smooth is not None or stiffness is not None else None
 
 
 def _edited(

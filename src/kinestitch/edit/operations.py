@@ -235,7 +235,7 @@ def set_seam(timeline: Timeline, index: int, seam: Seam) -> Timeline:
     >>> from kinestitch.edit.timeline import timeline
     >>> line = split(timeline([ClipInfo("walk", 120, 30.0)], "walk"), 60)
     >>> set_seam(line, 0, Seam(smoothing=0.2)).seams
-    (Seam(stiffness=None, smoothing=0.2),)
+    (Seam(stiffness=None, smoothing=0.2, automatic=False),)
     """
     index = whole(index, "a seam")
     if not 0 <= index < len(timeline.seams):

@@ -68,7 +68,8 @@ def upgraded(own: Own) -> Own:
 
 def seam_data(seam: Seam) -> dict[str, Any]:
     """A seam's settings that are not left to the default."""
-    return {entry.name: getattr(seam, entry.name) for entry in fields(seam) if getattr(seam, entry.name) is not None}
+    settings = {entry.name: getattr(seam, entry.name) for entry in fields(seam)}
+    return {name: value for name, value in settings.items() if value is not None and value is not False}
 
 
 def seam_from(data: object, ignored: Counter[str]) -> Seam:

@@ -110,10 +110,12 @@ class ClipInfo:
 
 @dataclass(frozen=True, slots=True)
 class Seam:
-    """How smoothly two segments meet: a stiffness λ ≥ 0, or a smoothing time τ ≥ 0 in seconds; neither is the default.
+    """How smoothly two segments meet: a stiffness λ ≥ 0, or a smoothing time τ ≥ 0 in seconds, or automatic; none of
+    them is the default.
 
     λ is the published number and depends on the frame rate; τ means the same at every rate: λ = (τ · fps)⁴. Larger
-    values spread the difference over more frames. Raises ParameterError for both, for negative values, NaN, infinity.
+    values spread the difference over more frames. An automatic seam takes as little time as what its clips do anyway
+    allows. Raises ParameterError for more than one of them, for negative values, NaN, infinity.
 
     >>> Seam().lambda_at(30.0), Seam(smoothing=0.2).lambda_at(30.0), Seam(stiffness=100).lambda_at(30.0)
     (81.0, 1296.0, 100.0)
@@ -121,8 +123,11 @@ class Seam:
 
     stiffness: float | None = None
     smoothing: float | None = None
+    automatic: bool = False
 
     def __post_init__(self) -> None:
+        if not isinstance(self.automatic, bool):
+            raise ParameterError(f"Expected a seam's automatic to be True or False, got {self.automatic!r}.")
         for name in ("stiffness", "smoothing"):
             value = getattr(self, name)
             if value is not None:
@@ -132,9 +137,16 @@ class Seam:
                 f"Expected a stiffness or a smoothing time, got both ({self.stiffness} and {self.smoothing} s). "
                 "Leave one out."
             )
+        if self.automatic and (self.stiffness is not None or self.smoothing is not None):
+            raise ParameterError(
+                "Expected an automatic seam without a stiffness or a smoothing time, got "
+                f"{self.stiffness if self.smoothing is None else self.smoothing}. Leave one out."
+            )
 
     def lambda_at(self, fps: float) -> float:
-        """The stiffness λ on a timeline of this rate."""
+        """The stiffness λ on a timeline of this rate; the default's where it is automatic, which takes the clips to
+        tell.
+        """
         if self.stiffness is not None:
             return self.stiffness
         width = (DEFAULT_SMOOTHING if self.smoothing is None else self.smoothing) * positive_rate(fps)

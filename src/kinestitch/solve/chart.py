@@ -34,6 +34,7 @@ from kinestitch.solve.seam import Cluster, correction, local_curves, visible_rea
 
 Chart = Literal["centred", "principal"]
 CHARTS: tuple[Chart, ...] = ("centred", "principal")
+Joints = slice | NDArray[np.intp]
 
 OVERTURN = 1.5 * np.pi
 """A joint whose corrected vector grows beyond this within reach of its seams is solved in the mid-tangent form
@@ -74,6 +75,11 @@ class Charted:
         """Rows d_{m−1}, d_m = b − a of each seam: (3, 2S, J) rad, component first."""
         gaps = self.straddling[:, :, 2:] - self.straddling[:, :, :2]
         return gaps.reshape(3, -1, gaps.shape[-1])
+
+    def of(self, joints: Joints) -> Charted:
+        """The same of some joints."""
+        sign = None if self.sign is None else self.sign[:, joints]
+        return Charted(self.base[joints], sign, self.straddling[..., joints], self.principal)
 
 
 def check_chart(chart: str) -> None:

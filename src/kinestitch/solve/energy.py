@@ -16,7 +16,7 @@ from kinestitch.solve.chart import centred_chart
 from kinestitch.solve.laplacian import solve_bands
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, seam_energy
-from kinestitch.solve.window import chart_window, hips_to_world, way_to_hips
+from kinestitch.solve.window import chart_window, hips_to_world, parts, way_to_hips
 
 
 def priced_joints(skeleton: Skeleton) -> tuple[int, ...]:
@@ -29,9 +29,18 @@ def seam_price(placed: Placed, seam: SeamPlace) -> float:
     """E* in rad² of one seam as if it were the only one, charted around itself (Eq. 10)."""
     poses = straddling(placed, seam).rotations
     hips_to_world(way_to_hips(placed), poses)
-    poses = poses[:, priced_joints(placed.skeleton)]
-    charted = centred_chart(poses[[0, 3]], poses[None], [1])
-    return seam_energy(seam, placed.frames, join(charted.offsets).reshape(2, -1))
+    offsets = centred_chart(poses[[0, 3]], poses[None], [1]).offsets
+    return sum(
+        seam_energy(part.seams[0], placed.frames, join(offsets[:, :, joints]).reshape(2, -1))
+        for joints, part in _priced_parts(placed, Cluster(0, placed.frames, (seam,)))
+    )
+
+
+def _priced_parts(placed: Placed, cluster: Cluster) -> list[tuple[list[int], Cluster]]:
+    """The priced joints by the λ of their seams."""
+    priced = set(priced_joints(placed.skeleton))
+    everyone = np.arange(placed.skeleton.joint_count)
+    return [([j for j in everyone[joints].tolist() if j in priced], part) for joints, part in parts(placed, cluster)]
 
 
 def joint_price(placed: Placed) -> float:
@@ -39,7 +48,7 @@ def joint_price(placed: Placed) -> float:
 
     Joints that turn almost all the way round are priced in the cluster's chart, like all others.
     """
-    joints, total = list(priced_joints(placed.skeleton)), 0.0
+    total = 0.0
     way = way_to_hips(placed)
     for cluster in clusters(placed.seams, placed.frames):
         rotations, _ = target_window(placed, cluster.start, cluster.stop)
@@ -47,8 +56,9 @@ def joint_price(placed: Placed) -> float:
         hips_to_world(way, rotations)
         hips_to_world(way, poses)
         charted = chart_window(placed, cluster, rotations, poses, "centred")
-        offsets = charted.offsets[:, :, joints]
-        total += cluster_energy(cluster, join(offsets).reshape(offsets.shape[1], -1))
+        for joints, part in _priced_parts(placed, cluster):
+            offsets = charted.offsets[:, :, joints]
+            total += cluster_energy(part, join(offsets).reshape(offsets.shape[1], -1))
     return total
 
 

@@ -42,6 +42,15 @@ class Straddling:
     right_path: Array
 
 
+@dataclass(frozen=True, slots=True)
+class JointGroup:
+    """Joints that are solved with a λ of their own at each seam. stiffness : one for each of ``Placed.seams``"""
+
+    name: str
+    joints: tuple[int, ...]
+    stiffness: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Placed:
     """A timeline with its sources on one skeleton and at one rate; made by :func:`place_timeline` only.
@@ -50,6 +59,7 @@ class Placed:
     writes : the joint that carried it in the original, to which the result's travel is given back
     sources : per clip key a motion whose `carrier` joint is told in the world
     placements : (S,) one per segment; seams : the places where something has to be solved
+    groups : every joint once, where they do not all take a seam's λ; a seam then has the largest of its groups'
     """
 
     timeline: Timeline
@@ -60,6 +70,7 @@ class Placed:
     placements: tuple[Placement, ...]
     seams: tuple[SeamPlace, ...]
     starts: tuple[int, ...]
+    groups: tuple[JointGroup, ...] = ()
 
     @property
     def frames(self) -> int:

@@ -26,9 +26,13 @@ def seam_reach(stiffness: float) -> int:
     return math.ceil(40 * stiffness**0.25) + 8
 
 
+VISIBLE = 4.2
+"""λ^¼ on each side after which a position gap has fallen below 5 % of its peak."""
+
+
 def visible_reach(stiffness: float) -> int:
     """Frames after which a position gap has fallen below 5 % of its peak: about ``4.2 λ^¼`` (Eq. 9)."""
-    return max(1, math.ceil(4.2 * stiffness**0.25))
+    return max(1, math.ceil(VISIBLE * stiffness**0.25))
 
 
 FEW_SEAMS = 4

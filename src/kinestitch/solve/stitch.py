@@ -14,6 +14,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import Timeline
 from kinestitch.errors import ParameterError
+from kinestitch.solve.adaptive import with_automatic
 from kinestitch.solve.chart import Chart, check_chart
 from kinestitch.solve.placed import Placed, place_timeline, target_window
 from kinestitch.solve.seam import clusters
@@ -35,9 +36,15 @@ def stitch(
     """
     _check(chart, method)
     placed = place_timeline(timeline, clips)
-    rotations, translations = target_window(placed, 0, placed.frames)
     if method == "laplacian":
-        _solve_into(placed, rotations, translations, chart)
+        return solve_placed(with_automatic(placed), chart=chart)
+    return as_motion(placed, *target_window(placed, 0, placed.frames))
+
+
+def solve_placed(placed: Placed, *, chart: Chart = "centred") -> Motion:
+    """The result of a timeline that stands placed, every seam with the λ that it has there."""
+    rotations, translations = target_window(placed, 0, placed.frames)
+    _solve_into(placed, rotations, translations, chart)
     return as_motion(placed, rotations, translations)
 
 
@@ -54,7 +61,7 @@ def solve_timeline(
     foot_lock : hold the feet near the seams where they stand in the clips; a rig without feet is left as it is
     """
     _check(chart, method)
-    placed = place_timeline(timeline, clips)
+    placed = with_automatic(place_timeline(timeline, clips))
     rotations, translations = target_window(placed, 0, placed.frames)
     cut = as_motion(placed, rotations.copy(), translations.copy())
     if method == "cut":

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply
 from kinestitch.rig.hips import hips_joint
-from kinestitch.solve.chart import Chart, Charted, centred_chart, mid_tangent, principal_chart, solve_rotations
+from kinestitch.solve.chart import (
+    Chart,
+    Charted,
+    Joints,
+    centred_chart,
+    mid_tangent,
+    principal_chart,
+    solve_rotations,
+)
 from kinestitch.solve.placed import Placed, Straddling, frame_above, straddling, target_window
 from kinestitch.solve.root import GROUND, chain_rotation, displacement_residuals
-from kinestitch.solve.seam import Cluster, correction, displacement_correction, shared_curves
+from kinestitch.solve.seam import Cluster, SeamPlace, correction, displacement_correction, shared_curves
 
 
 def solve_window(placed: Placed, cluster: Cluster, rotations: Array, translations: Array, chart: Chart) -> None:
@@ -22,16 +31,42 @@ def solve_window(placed: Placed, cluster: Cluster, rotations: Array, translation
     hips_to_world(way, rotations)
     hips_to_world(way, poses)
     charted = chart_window(placed, cluster, rotations, poses, chart)
-    curves = shared_curves(cluster)
-    overturned = solve_rotations(charted, cluster, curves, rotations)
-    if len(overturned):
-        target = target_window(placed, cluster.start, cluster.stop)[0]
-        hips_to_world(way, target)
-        rotations[:, overturned] = mid_tangent(target[:, overturned], poses[:, :, overturned], cluster, curves)
+    for joints, part in parts(placed, cluster):
+        curves = shared_curves(part)
+        own = rotations if isinstance(joints, slice) else rotations.take(joints, axis=1)  # in C order
+        overturned = solve_rotations(charted.of(joints), part, curves, own)
+        if not isinstance(joints, slice):
+            rotations[:, joints] = own
+        if len(overturned):
+            overturned = np.arange(rotations.shape[1])[joints][overturned]
+            target = target_window(placed, cluster.start, cluster.stop)[0]
+            hips_to_world(way, target)
+            rotations[:, overturned] = mid_tangent(target[:, overturned], poses[:, :, overturned], part, curves)
+        if isinstance(joints, slice) or placed.carrier in joints:
+            solve_translations(placed.carrier, part, curves, translations, around)
     if way:
         above = chain_rotation(way[:-1], rotations)
         rotations[:, way[-1]] = quat_multiply(quat_conjugate(above), rotations[:, way[-1]])
-    solve_translations(placed.carrier, cluster, curves, translations, around)
+
+
+def parts(placed: Placed, cluster: Cluster) -> list[tuple[Joints, Cluster]]:
+    """The joints of a window by the λ that their seams have, all at once where it is one; each with the cluster that
+    has these λ.
+    """
+    if not placed.groups:
+        return [(slice(None), cluster)]
+    number = {seam.index: k for k, seam in enumerate(placed.seams)}
+    found: dict[tuple[float, ...], list[int]] = {}
+    for group in placed.groups:
+        found.setdefault(tuple(group.stiffness[number[s.index]] for s in cluster.seams), []).extend(group.joints)
+    return [
+        (np.sort(joints) if len(found) > 1 else slice(None), replace(cluster, seams=_with(cluster.seams, stiffness)))
+        for stiffness, joints in found.items()
+    ]
+
+
+def _with(seams: Sequence[SeamPlace], stiffness: Sequence[float]) -> tuple[SeamPlace, ...]:
+    return tuple(replace(seam, stiffness=value) for seam, value in zip(seams, stiffness, strict=True))
 
 
 def way_to_hips(placed: Placed) -> tuple[int, ...]:
