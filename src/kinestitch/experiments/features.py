@@ -28,11 +28,12 @@ from kinestitch.rig.hips import hips_joint
 from kinestitch.search.snap import snap
 from kinestitch.solve.contacts import Contacts
 from kinestitch.solve.energy import seam_price
-from kinestitch.solve.footlock import lock_feet, locked, placed_contacts
+from kinestitch.solve.footlock import locked, placed_contacts
 from kinestitch.solve.placed import Placed, place_timeline, straddling
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import SeamPlace
-from kinestitch.solve.stitch import Solved, as_motion, solve_timeline
+from kinestitch.solve.solved import Solved, as_motion
+from kinestitch.solve.stitch import solve_timeline
 
 Clips = Mapping[str, Motion]
 Feature = Callable[[Timeline, Clips], Solved]
@@ -56,17 +57,12 @@ def _faded(line: Timeline, clips: Clips) -> Solved:
     return replace(cut, motion=crossfade(cut.placed, max(1, round(FADE * line.fps))))
 
 
-def _locked(line: Timeline, clips: Clips) -> Solved:
-    solved = solve_timeline(line, clips)
-    return replace(solved, motion=lock_feet(solved))
-
-
 FEATURES: Mapping[str, Feature] = MappingProxyType(
     {
         "hard cut": lambda line, clips: solve_timeline(line, clips, method="cut"),
         "crossfade": _faded,
-        "solved": solve_timeline,
-        "solved, feet locked": _locked,
+        "solved": lambda line, clips: solve_timeline(line, clips, foot_lock=False),
+        "solved, feet locked": lambda line, clips: solve_timeline(line, clips, foot_lock=True),
     }
 )
 """One row each; the last one has everything on."""
@@ -139,7 +135,7 @@ def measure(
 
 def _stands(line: Timeline, clips: Clips) -> tuple[Contacts, Contacts]:
     """The contacts of the sources, and those of them that locked feet keep: all rows slide over the same frames."""
-    solved = solve_timeline(line, clips)
+    solved = solve_timeline(line, clips, foot_lock=False)
     found = placed_contacts(solved.placed)
     return found, locked(solved, found).contacts
 
