@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: reproduce demo setup test test-bare fuzz check format bench docs setup-oracles setup-blender test-oracles clean
+.PHONY: reproduce demo setup test test-bare fuzz check format bench docs videos setup-oracles setup-blender test-oracles clean
 
 demo: $(READY)  ## walk with a kick pasted in: clips, document, pictures and numbers in the folder demo/
 	$(BIN)/kinestitch demo demo
@@ -44,9 +44,12 @@ bench: $(READY)  ## every benchmark in full; writes docs/benchmarks.md
 
 docs: $(READY)  ## the pictures, from the samples; and the tables, from the real clips where KINESTITCH_DATA is set
 	$(BIN)/python docs/make_pictures.py
-	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams retargeting; do \
+	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams features retargeting; do \
 	$(BIN)/python -m kinestitch.experiments.$$table "$$KINESTITCH_DATA" -o docs/$$table.md || exit 1; done; \
 	else echo "KINESTITCH_DATA is not set: the tables in docs stay as they are"; fi
+
+videos: $(READY)  ## the samples' edits as videos, and stills around their seams, in the folder videos/
+	$(BIN)/python docs/make_videos.py videos
 
 reproduce: $(READY)  ## the paper's figures and claims, computed anew: out/report.html, docs/results.md, docs/results.json
 	$(BIN)/kinestitch reproduce $(KINESTITCH_DATA) -o out --docs $(if $(KINESTITCH_DATA),docs,out)
@@ -62,4 +65,4 @@ test-oracles: setup-oracles  ## our files and numbers against Blender, ufbx and 
 	KINESTITCH_ORACLES=1 $(BIN)/python -m pytest tests/oracles tests/files/test_gltf_validator.py
 
 clean:
-	rm -rf $(VENV) .venv-* demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .venv-* demo videos build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,11 @@ from kinestitch.core.kinematics import world_pose
 from kinestitch.edit.timeline import Timeline
 from kinestitch.render.filmstrip import filmstrip
 from kinestitch.render.paint import Stretch
-from kinestitch.render.video import film, pictures
+from kinestitch.render.video import Film, film, pictures
 from kinestitch.samples import SAMPLE_NAMES
 from kinestitch.search.price import best_cuts, price_map
 from kinestitch.solve.contacts import legs_of, runs
-from kinestitch.solve.footlock import locked
+from kinestitch.solve.footlock import locked, placed_contacts
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
 
@@ -68,16 +69,37 @@ def moving(folder: Path) -> None:
     line, clips = pasted_kick()
     solved = ks.solve_timeline(line, clips)
     first, second = line.starts[1:3]
+    standing = placed_contacts(solved.placed)
     made = film(
         [solved.cut, crossfade(solved.placed, 12), solved.motion],
         labels=["hard cut", "crossfade 0.4 s", "walk_kick"],
         seams=[first, second],
         segments=[[Stretch(first, second, f"kick {PASTED[0]}–{PASTED[1] - 1}")]] * 3,
+        contacts=[standing, standing, solved.contacts or standing],
     )
     for frame, picture in enumerate(pictures(made)):
         if frame == first + 4:
             imsave(folder / "video.png", picture)
             return
+
+
+def sheet(made: Film, frames: Sequence[int], columns: int) -> np.ndarray:
+    """Pictures of a film that shows every frame, `columns` in a row: (height, width, 4) RGBA."""
+    kept = [picture.copy() for number, picture in enumerate(pictures(made)) if number in frames]
+    kept += [np.full_like(kept[0], 255)] * (-len(kept) % columns)
+    return np.concatenate([np.concatenate(kept[i : i + columns], axis=1) for i in range(0, len(kept), columns)])
+
+
+def around_a_seam(folder: Path) -> None:
+    """Stills of the demo's first seam: the left foot stands through it."""
+    from matplotlib.image import imsave
+
+    line, clips = pasted_kick()
+    solved = ks.solve_timeline(line, clips, foot_lock=True)
+    seam = line.starts[1]
+    look = {"style": "skeleton", "view": 60.0, "size": (230, 360), "seams": [seam], "labels": [""]}
+    made = film(solved.motion, contacts=[solved.contacts], **look)
+    imsave(folder / "stills.png", sheet(made, range(seam - 10, seam + 14, 4), 6))
 
 
 def curves(folder: Path) -> None:
@@ -132,7 +154,7 @@ def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, curves, cuts, feet):
+    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet):
         draw(folder)
 
 

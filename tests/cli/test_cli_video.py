@@ -5,10 +5,15 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from kinestitch.files import write
+from kinestitch.cli.pictures import show
+from kinestitch.cli.video import _panels
+from kinestitch.files import read, write
 from kinestitch.samples import sample
+from kinestitch.solve.contacts import find_contacts
+from kinestitch.testing import random_motion
 
 av = pytest.importorskip("av", reason="the extra kinestitch[video] is not installed")
 QUICK = ("--size", "192x96", "--fps", 10)
@@ -35,6 +40,7 @@ def shape(path):
         (["walk.bvh"], "34 pictures of 1 figure", 34),
         (["walk.bvh", "kick.bvh", "--view", "side"], "34 pictures of 2 figures", 34),
         (["edit.otio", "walk.bvh", "--speed", 2], "20 pictures of 4 figures", 20),
+        (["walk.bvh", "--style", "skeleton"], "34 pictures of 1 figure", 34),
         (["kick.bvh", "--before", "walk.bvh", "--view", "-30"], "34 pictures of 2 figures", 34),
     ],
 )
@@ -48,6 +54,21 @@ def test_videos(kinestitch, edit, words, told, count):
 def test_width_grows_with_the_figures(kinestitch, edit):
     assert kinestitch("video", "edit.otio", "-o", "out.mp4", "--fps", 1).code == 0
     assert shape("out.mp4")[1] == (1440, 540)
+
+
+def test_feet_of_clips_and_edits_are_green_while_they_stand(kinestitch, edit):
+    walk = read("walk.bvh")
+    (clip,) = _panels(show("walk.bvh", print))
+    np.testing.assert_array_equal(clip.contacts.held, find_contacts(walk).held)
+    panels = _panels(show("edit.otio", print))
+    assert [panel.contacts.held[:20].tolist() for panel in panels[:2]] == [clip.contacts.held[:20].tolist()] * 2
+    assert all(len(panel.contacts.held) == panel.motion.frames for panel in panels)
+
+
+def test_a_rig_without_feet_is_shown_without_contacts(kinestitch, tmp_path):
+    write(random_motion(1, frames=5), tmp_path / "snake.bvh")
+    assert _panels(show("snake.bvh", print))[0].contacts is None
+    assert kinestitch("video", "snake.bvh", "-o", "out.mp4", *QUICK).code == 0
 
 
 @pytest.mark.parametrize(

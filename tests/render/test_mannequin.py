@@ -9,7 +9,7 @@ import pytest
 
 from kinestitch.core.kinematics import turn_about_up
 from kinestitch.core.skeleton import Skeleton
-from kinestitch.render.mannequin import anchor, hull, joint_positions, mannequin, with_tips
+from kinestitch.render.mannequin import anchor, bones, hull, joint_positions, mannequin, soles, with_tips
 from kinestitch.render.view import facing, view_of
 from kinestitch.samples import humanoid, sample
 
@@ -77,3 +77,26 @@ def test_hull_of_a_square_with_points_inside_and_on_its_edge():
     points = np.array([[0, 0], [2, 0], [2, 2], [0, 2], [1, 1], [1, 0], [0, 0]], dtype=float)
     assert {tuple(p) for p in hull(points)} == {(0, 0), (2, 0), (2, 2), (0, 2)}
     assert hull(np.zeros((5, 2))).shape == (1, 2)
+
+
+def test_a_bare_skeleton_has_every_bone_and_joint_once():
+    body = humanoid()
+    parts = bones(body)
+    rods = [part.joints for part in parts if len(part.joints) == 2]
+    assert sorted(rods) == sorted((parent, joint) for joint, parent in enumerate(body.parents) if parent >= 0)
+    assert sorted(part.joints for part in parts if len(part.joints) == 1) == [(j,) for j in range(body.joint_count)]
+    sides = {body.names[part.joints[-1]]: part.side for part in parts}
+    assert (sides["mixamorig:LeftFoot"], sides["mixamorig:RightHand"]) == ("left", "right")
+    assert sides["mixamorig:Spine"] == "torso"
+
+
+@pytest.mark.parametrize("figure", [mannequin, bones])
+def test_a_foot_is_shown_by_what_begins_at_its_joint(figure):
+    body = with_tips(humanoid())
+    parts = figure(body)
+    foot, toe = body.index("mixamorig:LeftFoot"), body.index("mixamorig:LeftToeBase")
+    assert (foot, toe) in {parts[number].joints for number in soles(parts, foot)}
+    assert all(parts[number].joints[0] == foot for number in soles(parts, foot))
+    last = max(j for j in range(body.joint_count) if toe in body.chain(j))
+    ends = {parts[number].joints for number in soles(parts, last)}
+    assert (body.parents[last], last) in ends

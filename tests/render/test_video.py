@@ -11,10 +11,11 @@ import pytest
 from kinestitch.core.kinematics import turn_about_up
 from kinestitch.errors import MissingExtraError, OutputError, ParameterError, RangeError, UnsupportedFormatError
 from kinestitch.render.mannequin import feet
-from kinestitch.render.paint import COLOURS, PASTED, SEAM
+from kinestitch.render.paint import COLOURS, PASTED, SEAM, STANDS
 from kinestitch.render.stage import FLOOR, grid_step
 from kinestitch.render.video import film, pictures, video
 from kinestitch.samples import sample
+from kinestitch.solve.contacts import Contacts, find_contacts
 from kinestitch.testing import random_motion
 
 SMALL = (320, 240)
@@ -153,6 +154,31 @@ def test_the_feet_leave_trails():
     ]
 
 
+@pytest.mark.parametrize("style", ["mannequin", "skeleton"])
+def test_feet_are_green_while_they_stand(style):
+    motion = short("walk", frames=30)
+    joints = find_contacts(motion).joints
+    held = np.zeros((30, len(joints)), dtype=bool)
+    held[10:20, :2] = True  # ankle and toe of the left foot
+    held[25:, 1] = True
+    made = film(motion, size=(480, 540), contacts=[Contacts(joints, held)], style=style)
+    legend = near(next(pictures(film(short("walk", frames=1), contacts=[Contacts(joints, held[:1])]))), STANDS)
+    green = [near(picture, STANDS) for picture in pictures(made)]
+    assert 0 < legend < 100
+    assert set(green[:10]) == set(green[20:25]) == {green[0]}
+    assert min(green[10:20]) > max(green[25:]) > green[0] + 10
+    assert all(near(picture, STANDS) == 0 for picture in pictures(film(motion, size=(480, 540), style=style)))
+
+
+def test_a_skeleton_is_thinner_than_a_mannequin():
+    """By more than half: how many pixels are neither ground nor paper, above the ground."""
+    body, bare = (
+        (next(pictures(film(sample("idle"), size=(480, 540), style=style)))[80:340, :, :3] < 250).any(axis=-1).sum()
+        for style in ("mannequin", "skeleton")
+    )
+    assert 500 < bare < 0.5 * body
+
+
 @pytest.mark.parametrize(("height", "step"), [(1.75, 0.5), (0.17, 0.05), (180.0, 50.0), (2.2, 1.0)])
 def test_the_grid_is_a_round_number(height, step):
     assert grid_step(height) == pytest.approx(step)
@@ -181,6 +207,9 @@ def test_the_same_pictures_every_time():
         ({"labels": ["a", "b"]}, ParameterError, "labels"),
         ({"seams": [[1], [2]]}, ParameterError, "seams"),
         ({"segments": []}, ParameterError, "segments"),
+        ({"contacts": []}, ParameterError, "contacts"),
+        ({"contacts": [Contacts((0,), np.zeros((9, 1)))]}, ParameterError, "contacts for 12 frames, got 9"),
+        ({"style": "stick"}, ParameterError, "mannequin, skeleton"),
         ({"seams": [13]}, RangeError, "13"),
         ({"segments": [[(0, 99, "x")]]}, RangeError, "99"),
     ],
@@ -225,6 +254,7 @@ def test_no_window_system_is_touched():
 import sys
 from kinestitch.render.video import film, pictures
 from kinestitch.samples import sample
+from kinestitch.solve.contacts import Contacts, find_contacts
 next(pictures(film(sample("idle"), size=(64, 64))))
 print("matplotlib.pyplot" in sys.modules, "av" in sys.modules)
 """

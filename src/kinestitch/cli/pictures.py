@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
     from kinestitch.edit import Timeline
     from kinestitch.render.paint import Stretch
+    from kinestitch.solve.contacts import Contacts
     from kinestitch.solve.placed import Placed
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -28,7 +29,7 @@ class Shown:
     """What is drawn.
 
     motion : a clip, or an edit's result; before : its hard cut; seams : frames; pasted : what came from other clips
-    placed : the edit as it was solved
+    placed : the edit as it was solved; contacts : those that its locked feet keep
     """
 
     motion: Motion
@@ -36,6 +37,7 @@ class Shown:
     seams: tuple[int, ...] = ()
     pasted: tuple[Stretch, ...] = ()
     placed: Placed | None = None
+    contacts: Contacts | None = None
 
 
 @click.command(no_args_is_help=True, short_help="Draw a joint's curve before and after.")
@@ -132,7 +134,7 @@ def show(path: str, step: Step) -> Shown:
     solved = solve_timeline(opened.timeline, opened.clips)
     seams = tuple(seam.frame for seam in solved.seams)
     motion = replace(solved.motion, name=Path(path).stem)
-    return Shown(motion, solved.cut, seams, pasted_stretches(opened.timeline), solved.placed)
+    return Shown(motion, solved.cut, seams, pasted_stretches(opened.timeline), solved.placed, solved.contacts)
 
 
 def pasted_stretches(timeline: Timeline) -> tuple[Stretch, ...]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
     from kinestitch.core.skeleton import Skeleton
     from kinestitch.render.paint import Stretch
+    from kinestitch.solve.contacts import Contacts
 
 CROSSFADE = 0.4
 """Seconds that the crossfade beside an edit takes in all, a common choice by hand."""
@@ -28,12 +29,13 @@ Step = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """One figure of the video, with its words, its seams and what came from other clips."""
+    """One figure of the video, with its words, its seams, what came from other clips, and when its feet stand."""
 
     motion: Motion
     label: str
     seams: tuple[int, ...] = ()
     pasted: tuple[Stretch, ...] = ()
+    contacts: Contacts | None = None
 
 
 @click.command(no_args_is_help=True, short_help="Show clips moving, side by side.")
@@ -50,6 +52,13 @@ class Panel:
 @click.option("--fps", type=float, metavar="N", help="Pictures a second.  [default: the clips', 60 at most]")
 @click.option("--speed", type=float, default=1.0, show_default=True, metavar="X", help="0.25: four times as slow.")
 @click.option("--before", type=FILE, metavar="FILE", help="A clip to show on the left, as it was before.")
+@click.option(
+    "--style",
+    type=click.Choice(["mannequin", "skeleton"]),
+    default="mannequin",
+    show_default=True,
+    help="A body, or bare bones and joints.",
+)
 @click.option("--character", type=FILE, metavar="FILE.glb", help="Show this file's character for the mannequin.")
 def video(
     *,
@@ -60,12 +69,13 @@ def video(
     fps: float | None,
     speed: float,
     before: str | None,
+    style: str,
     character: str | None,
 ) -> None:
     """Show clips moving side by side on the ground, with trails of the feet; needs the extra kinestitch[video].
 
     An edit document (.otio) is solved first and shown three times: its hard cut, a crossfade, and the result. Its
-    pasted clips are tinted, and the ground glows at its seams.
+    pasted clips are tinted, and the ground glows at its seams. Feet are green while they stand in their clip.
 
     \b
     Examples:
@@ -81,40 +91,44 @@ def video(
     check_output(output, [path for path in (*sources, before, character) if path is not None])
     encoder_library()
     with progress(2 * len(sources) + _STEPS + 2) as step:
-        panels = [] if before is None else [Panel(read_clip(before), "before")]
+        panels = [] if before is None else _panels(Shown(replace(read_clip(before), name="before")))
         panels += [panel for source in sources for panel in _panels(show(source, step))]
-        count = _write(panels, output, step, view=view_option(view), size=size, fps=fps, speed=speed, figure=character)
+        how = {"view": view_option(view), "size": size, "fps": fps, "speed": speed, "style": style}
+        count = _write(panels, output, step, figure=character, **how)
     console().print(f"{output}: {count} pictures of {len(panels)} figure{'s' * (len(panels) != 1)}")
 
 
 def _panels(shown: Shown) -> list[Panel]:
     """A clip alone, or an edit three times."""
-    motion = shown.motion
-    result = Panel(motion, motion.name, shown.seams, shown.pasted)
+    motion, stands = shown.motion, _contacts(shown)
+    result = Panel(motion, motion.name, shown.seams, shown.pasted, shown.contacts or stands)
     if shown.placed is None or shown.before is None or not shown.seams:
         return [result]
     from kinestitch.solve.rivals import crossfade
 
     blended = crossfade(shown.placed, max(1, round(CROSSFADE / 2 * motion.fps)))
-    cut = Panel(shown.before, "hard cut", shown.seams, shown.pasted)
-    return [cut, Panel(blended, f"crossfade {CROSSFADE:g} s", shown.seams, shown.pasted), result]
+    cut = Panel(shown.before, "hard cut", shown.seams, shown.pasted, stands)
+    return [cut, Panel(blended, f"crossfade {CROSSFADE:g} s", shown.seams, shown.pasted, stands), result]
 
 
-def _write(
-    panels: list[Panel],
-    output: str,
-    step: Step,
-    *,
-    view: str | float,
-    size: tuple[int, int] | None,
-    fps: float | None,
-    speed: float,
-    figure: str | None,
-) -> int:
+def _contacts(shown: Shown) -> Contacts | None:
+    """When the feet stand in the clips that are shown; None for a rig without feet."""
+    from kinestitch.errors import SkeletonMismatchError
+    from kinestitch.solve.contacts import find_contacts
+    from kinestitch.solve.footlock import placed_contacts
+
+    try:
+        return find_contacts(shown.motion) if shown.placed is None else placed_contacts(shown.placed)
+    except SkeletonMismatchError:
+        return None
+
+
+def _write(panels: list[Panel], output: str, step: Step, *, figure: str | None, **how: Any) -> int:
+    """The number of pictures written; figure : a file with a character; how : options of the film."""
     from kinestitch.render.video import video as write_video
 
     motions = [panel.motion for panel in panels]
-    bodies = None
+    bodies, contacts = None, [panel.contacts for panel in panels]
     if figure is not None:
         from kinestitch.files.gltf_mesh import read_mesh
         from kinestitch.render.skinned import Character
@@ -122,7 +136,7 @@ def _write(
         step(f"reading {figure}")
         mesh = read_mesh(figure)
         motions = [_on_rig(motion, mesh.skeleton) for motion in motions]
-        bodies = [Character(mesh)] * len(motions)
+        bodies, contacts = [Character(mesh)] * len(motions), [None] * len(motions)
     told = [0, 0]
 
     def follow(done: int, count: int) -> None:
@@ -137,12 +151,10 @@ def _write(
         labels=[panel.label for panel in panels],
         seams=[panel.seams for panel in panels],
         segments=[panel.pasted for panel in panels],
-        view=view,
-        size=size,
-        fps=fps,
-        speed=speed,
         bodies=bodies,
+        contacts=contacts,
         progress=follow,
+        **how,
     )
     return told[1]
 

@@ -17,6 +17,8 @@ from kinestitch.core.skeleton import Skeleton
 LEGS = ((0.044, 0.030), (0.030, 0.018), (0.018, 0.015), (0.014, 0.010))
 ARMS = ((0.027, 0.021), (0.021, 0.014), (0.015, 0.013), (0.008, 0.006))
 """Radii at both ends of each bone down a limb, as shares of the body's height."""
+ROD, DOT = (0.006, 0.006), 0.0095
+"""Radii of a bare skeleton's bones and joints."""
 _LEG = re.compile(r"(?i)leg|foot|toe|ankle|knee|thigh|calf|shin")
 _GIRDLE = re.compile(r"(?i)shoulder|clav|collar")
 _CIRCLE = np.stack([np.cos(np.arange(32) * np.pi / 16), np.sin(np.arange(32) * np.pi / 16)], axis=1)
@@ -142,6 +144,26 @@ def mannequin(skeleton: Skeleton) -> tuple[Part, ...]:
     heads = [j for j, name in enumerate(skeleton.names) if _is_head(name) and not skeleton.children(j)]
     parts = limbs + trunk + loose + [Part((j,), (-1.0,), "torso") for j in heads]
     return tuple(parts) if parts else (Part((0,), (0.03,), "torso"),)
+
+
+@lru_cache(maxsize=16)
+def bones(skeleton: Skeleton) -> tuple[Part, ...]:
+    """The parts of a bare skeleton: a rod for each bone, a dot for each joint; none above where the legs meet."""
+    left = set(left_joints(skeleton))
+    pairs = mirror_pairs(skeleton)
+    side = ["torso" if pairs[j] == j else "left" if j in left else "right" for j in range(skeleton.joint_count)]
+    above = set(skeleton.chain(anchor(skeleton))[:-1])
+    shown = [j for j in range(skeleton.joint_count) if j not in above]
+    rods = [Part((skeleton.parents[j], j), ROD, side[j]) for j in shown if skeleton.parents[j] in shown]
+    return (*rods, *(Part((j,), (DOT,), side[j]) for j in shown))
+
+
+def soles(parts: tuple[Part, ...], joint: int) -> list[int]:
+    """Numbers of the parts that show whether a joint of a foot stands: those that begin there, else that end there."""
+    begin = [number for number, part in enumerate(parts) if part.joints[0] == joint]
+    if any(len(parts[number].joints) > 1 for number in begin):
+        return begin
+    return [number for number, part in enumerate(parts) if joint in (part.joints[0], part.joints[-1])]
 
 
 def _is_head(name: str) -> bool:

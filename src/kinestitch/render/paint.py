@@ -15,6 +15,8 @@ COLOURS = {"left": "#2f6fa7", "right": "#d9822b", "torso": "#5b6168"}
 PASTED = ("#8e5aa8", "#3f8f6b", "#b0446c")
 """Blue and orange part left from right for every kind of colour vision; pasted segments take these colours in turn."""
 SEAM, GROUND, SHADOW = "#8c2d5b", "#b9bec4", "#e9ebee"
+STANDS = "#009e73"
+"""Feet that stand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +41,10 @@ class Painted:
     fine: Array
 
 
-def painted(parts: Sequence[Part], pose: Array, height: float = 1.0) -> Painted:
+def painted(parts: Sequence[Part], pose: Array, height: float = 1.0, *, standing: Sequence[int] = ()) -> Painted:
     """The parts of a pose (J, 3) as projected: the far ones first and paler.
 
-    height : of the body, in the unit of the pose
+    height : of the body, in the unit of the pose; standing : numbers of the parts that stand on the ground
     """
     from matplotlib.colors import to_rgb
 
@@ -55,6 +57,7 @@ def painted(parts: Sequence[Part], pose: Array, height: float = 1.0) -> Painted:
     limbs = np.array([part.side != "torso" for part in parts])
     far = (0.35 * np.clip((middle - depth) / spread, 0, 1) * limbs)[:, None]
     colours = np.array([to_rgb(COLOURS[part.side]) for part in parts]) * (1 - far) + far
+    colours[list(standing)] = to_rgb(STANDS)
     fine = np.array([max(map(abs, part.radii)) <= 0.01 for part in parts])
     return Painted(outlines(tuple(parts), pose, height)[order], colours[order], fine[order])
 

@@ -6,16 +6,27 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.render.canvas import Canvas
-from kinestitch.render.mannequin import Part, anchor, body_height, feet, mannequin, outlines, with_tips
+from kinestitch.render.mannequin import (
+    Part,
+    anchor,
+    body_height,
+    bones,
+    feet,
+    mannequin,
+    outlines,
+    soles,
+    with_tips,
+)
 from kinestitch.render.paint import COLOURS, PASTED, SEAM, Stretch, body_positions, painted
 from kinestitch.render.view import View, facing, view_of
+from kinestitch.solve.contacts import Contacts
 
 ELEVATION = 12.0
 """Degrees by which the camera looks down, so that the ground is seen."""
@@ -25,6 +36,10 @@ FLOOR, INK, CAST = "#f1f3f5", "#2b3440", 0.13
 """The ground; what lies on it, laid over any tint: its lines and, so strong, the body's shadow."""
 _FADES = 6
 _ROUND = np.stack([np.cos(np.arange(72) * np.pi / 36), np.sin(np.arange(72) * np.pi / 36)], axis=1)
+
+
+Style = Literal["mannequin", "skeleton"]
+STYLES: tuple[Style, ...] = ("mannequin", "skeleton")
 
 
 class Body(Protocol):
@@ -56,6 +71,7 @@ class Actor:
 
     positions : (F, J, 3) m as drawn; path : (F, 3) m, the place on the ground that the camera looks at
     height : of the body, m; seams : frames; segments : what came from other clips; body : drawn for the mannequin
+    contacts : when its feet stand; style : what a motion without a body of its own looks like
     """
 
     motion: Motion
@@ -67,11 +83,25 @@ class Actor:
     seams: tuple[int, ...]
     segments: tuple[Stretch, ...]
     body: Body | None = None
+    contacts: Contacts | None = None
+    style: Style = "mannequin"
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """The mannequin's parts."""
-        return mannequin(with_tips(self.motion.skeleton))
+        """The figure's parts."""
+        return (bones if self.style == "skeleton" else mannequin)(with_tips(self.motion.skeleton))
+
+    @cached_property
+    def _soles(self) -> list[list[int]]:
+        return [] if self.contacts is None else [soles(self.parts, joint) for joint in self.contacts.joints]
+
+    def standing(self, frame: int) -> list[int]:
+        """Numbers of the parts that stand on the ground."""
+        if self.contacts is None:
+            return []
+        return [
+            part for held, sole in zip(self.contacts.held[frame], self._soles, strict=True) if held for part in sole
+        ]
 
     @cached_property
     def feet(self) -> list[tuple[int, str]]:
@@ -104,6 +134,8 @@ def cast(
     seams: Sequence[tuple[int, ...]],
     segments: Sequence[tuple[Stretch, ...]],
     bodies: Sequence[Body | None],
+    contacts: Sequence[Contacts | None],
+    style: Style,
 ) -> list[Actor]:
     """Put motions on stages. Those of one rig and length share one camera, so that what differs is the motion."""
     positions = [body_positions(motion) for motion in motions]
@@ -124,6 +156,8 @@ def cast(
             seams[i],
             segments[i],
             bodies[i],
+            contacts[i],
+            style,
         )
         for i, motion in enumerate(motions)
     ]
@@ -171,10 +205,10 @@ class Panel:
             return
         canvas.shapes(self._shadow(frame, to_pixels), INK, alpha=CAST)
         self._draw_trails(canvas, frame, to_pixels)
-        self._draw_mannequin(canvas, to_pixels(actor.positions[frame]))
+        self._draw_figure(canvas, to_pixels(actor.positions[frame]), actor.standing(frame))
 
-    def _draw_mannequin(self, canvas: Canvas, pose: Array) -> None:
-        figure = painted(self.actor.parts, pose, self.unit)
+    def _draw_figure(self, canvas: Canvas, pose: Array, standing: Sequence[int]) -> None:
+        figure = painted(self.actor.parts, pose, self.unit, standing=standing)
         edge = self.unit / 320
         start = 0
         while start < len(figure.shapes):  # fingers of one colour are one stroke

@@ -16,8 +16,9 @@ from kinestitch.core.motion import Motion
 from kinestitch.errors import ParameterError, RangeError, UnsupportedFormatError
 from kinestitch.render.canvas import Canvas
 from kinestitch.render.encoder import encoder_library, encoding
-from kinestitch.render.paint import GROUND, PASTED, SEAM, Stretch
-from kinestitch.render.stage import Actor, Body, Panel, cast, grid_step, panels
+from kinestitch.render.paint import GROUND, PASTED, SEAM, STANDS, Stretch
+from kinestitch.render.stage import STYLES, Actor, Body, Panel, Style, cast, grid_step, panels
+from kinestitch.solve.contacts import Contacts
 
 FASTEST = 60.0
 """Pictures a second at most, unless more are asked for."""
@@ -76,6 +77,8 @@ def film(
     fps: float | None = None,
     speed: float = 1.0,
     bodies: Sequence[Body | None] | None = None,
+    contacts: Sequence[Contacts | None] | None = None,
+    style: Style = "mannequin",
 ) -> Film:
     """Lay a video out: left limbs blue, right limbs orange, all motions from their first frame on.
 
@@ -89,9 +92,13 @@ def film(
         in time, nothing between frames; a motion that ends holds its last pose
     speed : 0.25 shows everything four times as slowly
     bodies : a :class:`kinestitch.render.skinned.Character` instead of the mannequin, or None, one a motion
+    contacts : when the feet stand, as :func:`kinestitch.solve.contacts.find_contacts` tells it, or None, one a motion:
+        what stands is drawn in green
+    style : ``mannequin``, or ``skeleton`` for bare bones and joints
 
-    Raises ParameterError (no motion, unknown view, a size, fps or speed outside its domain, lists of another length
-    than the motions) and RangeError (a seam or segment outside its motion).
+    Raises ParameterError (no motion, unknown view or style, a size, fps or speed outside its domain, lists of another
+    length than the motions, contacts of another length than theirs) and RangeError (a seam or segment outside its
+    motion).
     """
     rows = [motions] if isinstance(motions, Motion) else list(motions)
     if not rows:
@@ -101,9 +108,12 @@ def film(
     step = _positive("speed", speed) / rate
     marks = _each_its_own(seams, len(rows))
     stretches = [()] * len(rows) if segments is None else segments
-    for what, given in (("labels", labels), ("seams", marks), ("segments", stretches), ("bodies", bodies)):
+    lists = {"labels": labels, "seams": marks, "segments": stretches, "bodies": bodies, "contacts": contacts}
+    for what, given in lists.items():
         if given is not None and len(given) != len(rows):
             raise ParameterError(f"Expected {what} for {len(rows)} motions, got {len(given)}.")
+    if style not in STYLES:
+        raise ParameterError(f"Expected a style out of {', '.join(STYLES)}, got {style!r}.")
     actors = cast(
         rows,
         view,
@@ -111,6 +121,8 @@ def film(
         seams=[tuple(sorted(row)) for row in marks],
         segments=[tuple(s if isinstance(s, Stretch) else Stretch(*s) for s in row) for row in stretches],
         bodies=[None] * len(rows) if bodies is None else bodies,
+        contacts=[None] * len(rows) if contacts is None else contacts,
+        style=style,
     )
     for actor in actors:
         _check_frames(actor)
@@ -158,6 +170,9 @@ def _check_frames(actor: Actor) -> None:
     for frame in (*actor.seams, *stretched):
         if not 0 <= frame <= actor.motion.frames:
             raise RangeError(f"Expected a frame in [0, {actor.motion.frames}], got {frame}. ({actor.label})")
+    held = actor.motion.frames if actor.contacts is None else len(actor.contacts.held)
+    if held != actor.motion.frames:
+        raise ParameterError(f"Expected contacts for {actor.motion.frames} frames, got {held}. ({actor.label})")
 
 
 def _text_size(width: float, height: float) -> float:
@@ -184,6 +199,10 @@ def _draw_background(canvas: Canvas, made: Film) -> None:
         scale = f"grid {grid_step(actor.height):g} m"
         small = 0.62 * text
         canvas.text(right - canvas.text_width(scale, size=small), y + 0.75 * text, scale, size=small, colour=_GREY)
+        if actor.contacts is not None and actor.body is None:
+            middle, words = (left + right) / 2, "stands"
+            canvas.shapes(np.array([middle - 0.6 * small, y + 1.0 * text]) + 0.4 * small * _DOT, STANDS)
+            canvas.text(middle, y + 0.75 * text, words, size=small, colour=_GREY)
         canvas.lines(np.array([[left, y], [right, y]]), GROUND, width=0.16 * text)
         for index, stretch in enumerate(actor.segments):
             ends = np.array([[_at(panel, made, stretch.start), y], [_at(panel, made, stretch.stop), y]])

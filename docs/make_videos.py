@@ -1,0 +1,91 @@
+"""Make videos of stitched samples, and stills around their seams: ``python docs/make_videos.py [FOLDER]``.
+
+Each shows the hard cut, the solve, and the solve with its feet locked, as bare skeletons on the ground; feet are green
+while they stand in their clip. The stills show the last of the three, every second frame.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from make_pictures import pasted_kick, sheet
+from matplotlib.image import imsave
+
+import kinestitch as ks
+from kinestitch.cli.pictures import pasted_stretches
+from kinestitch.edit.timeline import Timeline
+from kinestitch.render.video import film, video
+from kinestitch.search.replacement import Limits, best_replacement
+from kinestitch.search.snap import snap
+from kinestitch.solve.footlock import placed_contacts
+
+SPEED, SIZE, STILL, VIEW = 0.5, (1440, 540), (384, 480), 60.0
+AROUND, EVERY, COLUMNS = 14, 2, 5
+"""Frames on each side of a seam that have stills, how far apart those are, and how many stand in a row."""
+
+Edit = tuple[Timeline, Mapping[str, ks.Motion]]
+
+
+def clips(*names: str) -> dict[str, ks.Motion]:
+    """Samples by name."""
+    return {name: ks.sample(name) for name in names}
+
+
+def run_jump_run() -> Edit:
+    """The cheapest jump of more than a second in the middle of a run."""
+    found = clips("run", "jump")
+    limits = Limits(start=(50, 90), stop=(60, 120), pasted=(70, 150))
+    best = best_replacement(found["run"], found["jump"], limits)
+    line = ks.timeline(found, "run")
+    return ks.replace(line, best.start, best.stop, "jump", best.clip_start, best.clip_stop), found
+
+
+def walk_punch() -> Edit:
+    """A walk that ends in a punch, the cut snapped."""
+    found = clips("walk", "heavy_punch")
+    line = ks.append(ks.delete(ks.timeline(found, "walk"), 130, 201), "heavy_punch", 20)
+    return snap(line, found, 0.2).timeline, found
+
+
+EDITS: Mapping[str, Callable[[], Edit]] = {
+    "walk_kick_walk": pasted_kick,
+    "run_jump_run": run_jump_run,
+    "walk_punch": walk_punch,
+}
+
+
+def show(name: str, line: Timeline, found: Mapping[str, ks.Motion], folder: Path) -> None:
+    """NAME.mp4, and NAME_N.png for the seam before each frame N."""
+    loose, locked = (ks.solve_timeline(line, found, foot_lock=lock) for lock in (False, True))
+    standing, seams = placed_contacts(loose.placed), [seam.frame for seam in loose.seams]
+    look = {"style": "skeleton", "view": VIEW, "seams": seams}
+    pasted = [pasted_stretches(line)]
+    video(
+        [loose.cut, loose.motion, locked.motion],
+        folder / f"{name}.mp4",
+        labels=["hard cut", "solved", "solved, feet locked"],
+        segments=3 * pasted,
+        contacts=[standing, standing, locked.contacts],
+        speed=SPEED,
+        size=SIZE,
+        **look,
+    )
+    alone = film(locked.motion, labels=[name], segments=pasted, contacts=[locked.contacts], size=STILL, **look)
+    for seam in seams:
+        frames = range(max(0, seam - AROUND), seam + AROUND + 1, EVERY)
+        imsave(folder / f"{name}_{seam}.png", sheet(alone, frames, COLUMNS))
+
+
+def main() -> None:
+    """Make them all."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("videos")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, edit in EDITS.items():
+        show(name, *edit(), folder)
+        print(folder / f"{name}.mp4")
+
+
+if __name__ == "__main__":
+    main()

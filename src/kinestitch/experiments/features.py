@@ -1,0 +1,258 @@
+"""What each feature does to real seams: the same cuts measured before and after it, as drawn and snapped.
+
+Run as ``python -m kinestitch.experiments.features FOLDER -o docs/features.md``. FOLDER holds one folder of clips per
+data set.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from kinestitch.analysis.quality import deviation, dynamics_kept, root_step
+from kinestitch.analysis.skating import slide_in_contact
+from kinestitch.analysis.smoothness import added_acceleration, added_velocity
+from kinestitch.core.kinematics import world_pose
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array
+from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Timeline
+from kinestitch.experiments.seams import DATA_SETS, random_cut, random_replacement, read_clips
+from kinestitch.experiments.trade_off import near_seam
+from kinestitch.rig.hips import hips_joint
+from kinestitch.search.snap import snap
+from kinestitch.solve.contacts import Contacts
+from kinestitch.solve.energy import seam_price
+from kinestitch.solve.footlock import locked, placed_contacts
+from kinestitch.solve.placed import Placed, place_timeline, straddling
+from kinestitch.solve.rivals import crossfade
+from kinestitch.solve.seam import SeamPlace
+from kinestitch.solve.solved import Solved, as_motion
+from kinestitch.solve.stitch import solve_timeline
+
+Clips = Mapping[str, Motion]
+Feature = Callable[[Timeline, Clips], Solved]
+"""A way over the seams: from a timeline and its clips to a result whose `motion` is measured against its `placed`."""
+
+SNAP = 0.2
+"""s by which a snapped cut may move on each side."""
+
+FADE = 0.2
+"""s on each side that the crossfade takes."""
+
+REACH = 1.0
+"""s on each side of a seam within which everything is measured, whatever the feature's width."""
+
+SOURCES = "the clips themselves"
+"""The row of what both sources do without a seam."""
+
+
+def _faded(line: Timeline, clips: Clips) -> Solved:
+    cut = solve_timeline(line, clips, method="cut")
+    return replace(cut, motion=crossfade(cut.placed, max(1, round(FADE * line.fps))))
+
+
+FEATURES: Mapping[str, Feature] = MappingProxyType(
+    {
+        "hard cut": lambda line, clips: solve_timeline(line, clips, method="cut"),
+        "crossfade": _faded,
+        "solved": lambda line, clips: solve_timeline(line, clips, foot_lock=False),
+        "solved, feet locked": lambda line, clips: solve_timeline(line, clips, foot_lock=True),
+    }
+)
+"""One row each; the last one has everything on."""
+
+CUTS: Mapping[str, Callable[[Timeline, Clips], Timeline]] = MappingProxyType(
+    {
+        "random": lambda line, _: line,
+        "snapped": lambda line, clips: snap(line, clips, SNAP).timeline,
+    }
+)
+"""Where the cuts lie: one table each."""
+
+DRAWS: Mapping[str, Callable[[dict[str, Motion], np.random.Generator, Seam], Timeline]] = MappingProxyType(
+    {
+        "cuts": lambda clips, rng, seam: near_seam(random_cut(clips, rng, seam)),
+        "replacements": random_replacement,
+    }
+)
+
+MEASURES = (
+    "price",
+    "acceleration",
+    "velocity",
+    "deviation",
+    "deviation_max",
+    "kept",
+    "survived",
+    "root_step",
+    "skate",
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Survey:
+    """One data set, measured.
+
+    values : per kind of cut and row (:data:`SOURCES` and :data:`FEATURES`) an array (S, M) over seams and `MEASURES`
+    given_up : per kind of cut the share of the sources' contacts near the seams that a step takes the place of
+    """
+
+    name: str
+    clips: int
+    joints: int
+    fps: float
+    values: Mapping[str, Mapping[str, Array]]
+    given_up: Mapping[str, float]
+
+    def of(self, cuts: str, row: str, measure: str) -> Array:
+        """One measure of one row over all seams (S,); NaN where it does not apply."""
+        return np.asarray(self.values[cuts][row][:, MEASURES.index(measure)])
+
+
+def measure(
+    line: Timeline, clips: Clips, features: Mapping[str, Feature] = FEATURES
+) -> tuple[dict[str, list[list[float]]], tuple[int, int]]:
+    """All rows at every seam of one timeline, and how many of how many contacts near the seams the lock gives up."""
+    found: dict[str, list[list[float]]] = {}
+    stands = {line: _stands(line, clips)}
+    for name, make in features.items():
+        made = make(line, clips)
+        timeline = made.placed.timeline
+        if timeline not in stands:
+            stands[timeline] = _stands(timeline, clips)
+        kept = stands[timeline][1]
+        if SOURCES not in found:
+            found[SOURCES] = [_own(made, seam, kept) for seam in made.placed.seams]
+        found[name] = [_numbers(made, seam, kept) for seam in made.placed.seams]
+    return found, _given_up(place_timeline(line, clips), *stands[line])
+
+
+def _stands(line: Timeline, clips: Clips) -> tuple[Contacts, Contacts]:
+    """The contacts of the sources, and those of them that locked feet keep: all rows slide over the same frames."""
+    solved = solve_timeline(line, clips, foot_lock=False)
+    found = placed_contacts(solved.placed)
+    return found, locked(solved, found).contacts
+
+
+def _numbers(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
+    """A result's values of ``MEASURES`` at one seam."""
+    motion, placed = made.motion, made.placed
+    usual = replace(seam, stiffness=Seam(smoothing=DEFAULT_SMOOTHING).lambda_at(motion.fps))
+    reach = round(REACH * motion.fps)
+    bend, turn = added_acceleration(motion, placed, seam, reach), added_velocity(motion, placed, seam, reach)
+    mean, largest = np.degrees(deviation(motion, made.cut, seam.frame, reach))
+    return [
+        seam_price(placed, usual),
+        bend.peak,
+        turn.peak,
+        float(mean),
+        float(largest),
+        dynamics_kept(motion, placed, usual),
+        bend.survived,
+        1000 * root_step(motion, seam.frame),
+        _skate(motion, contacts, seam.frame, ()),
+    ]
+
+
+def _own(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
+    """What the sources do: the larger of their own steps over the seam's interval, and how far their feet slide."""
+    around = straddling(made.placed, seam)
+    poses = as_motion(made.placed, around.rotations.copy(), around.translations.copy())
+    hips = world_pose(poses).positions[:, hips_joint(poses.skeleton)]
+    step = max(float(np.linalg.norm(hips[k + 1] - hips[k])) for k in (0, 2))
+    skate = _skate(made.cut, contacts, seam.frame, [place.frame for place in made.placed.seams])
+    none = dict.fromkeys(MEASURES, float("nan"))
+    return list((none | {"root_step": 1000 * step, "skate": skate}).values())
+
+
+def _skate(motion: Motion, contacts: Contacts, frame: int, leave_out: Sequence[int]) -> float:
+    """cm/s at which standing feet slide within ``REACH`` of a frame; NaN where none stands."""
+    reach = round(REACH * motion.fps)
+    near = slice(max(0, frame - reach), frame + reach)
+    window = replace(motion, rotations=motion.rotations[near], translations=motion.translations[near])
+    held = Contacts(contacts.joints, contacts.held[near])
+    inside = [place - near.start for place in leave_out if near.start < place < near.start + window.frames]
+    together = held.held[1:] & held.held[:-1]
+    if not np.delete(together, [place - 1 for place in inside], axis=0).any():
+        return float("nan")
+    return 100 * slide_in_contact(window, held, leave_out=inside)
+
+
+def _given_up(placed: Placed, found: Contacts, kept: Contacts) -> tuple[int, int]:
+    reach = round(REACH * placed.timeline.fps)
+    near = np.zeros(placed.frames, dtype=bool)
+    for seam in placed.seams:
+        near[max(0, seam.frame - reach) : seam.frame + reach] = True
+    before, after = (int(contacts.held[near].sum()) for contacts in (found, kept))
+    return before - after, before
+
+
+def survey(
+    clips: dict[str, Motion],
+    name: str,
+    *,
+    seams: int = 200,
+    seed: int = 0,
+    draw: str = "cuts",
+    features: Mapping[str, Feature] = FEATURES,
+    progress: Callable[[int, int], None] | None = None,
+) -> Survey:
+    """Measure every feature on the same `seams` seams between clips of one rig; repeatable by its seed.
+
+    draw : a key of :data:`DRAWS`; progress : called with the number of seams done and of all
+    """
+    rng = np.random.default_rng(seed)
+    found: dict[str, dict[str, list[list[float]]]] = {cuts: {} for cuts in CUTS}
+    contacts = {cuts: np.zeros(2) for cuts in CUTS}
+    done = 0
+    while done < seams:
+        line = DRAWS[draw](clips, rng, Seam())
+        for cuts, moved in CUTS.items():
+            measured, lost = measure(moved(line, clips), clips, features)
+            contacts[cuts] += lost
+            for row, lists in measured.items():
+                found[cuts].setdefault(row, []).extend(lists)
+        done += len(line.seams)
+        if progress is not None:
+            progress(done, seams)
+    first = next(iter(clips.values()))
+    values = {cuts: {row: np.array(lists) for row, lists in rows.items()} for cuts, rows in found.items()}
+    given_up = {cuts: float(lost / max(of, 1)) for cuts, (lost, of) in contacts.items()}
+    return Survey(name, len(clips), first.skeleton.joint_count, first.fps, values, given_up)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure every data set of a folder and write the document."""
+    from kinestitch.core.atomic import replacing
+    from kinestitch.experiments.features_page import as_markdown
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--sets", nargs="+", default=DATA_SETS, metavar="NAME", help="folders within FOLDER")
+    parser.add_argument("--seams", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--draw", choices=tuple(DRAWS), default="cuts")
+    chosen = parser.parse_args(arguments)
+
+    def tell(done: int, of: int) -> None:
+        if done % 20 == 0 or done >= of:
+            print(f"{name}: {done} of {of} seams", file=sys.stderr)
+
+    surveys = []
+    for name in chosen.sets:
+        clips = read_clips(chosen.folder / name)
+        how = {"seams": chosen.seams, "seed": chosen.seed, "draw": chosen.draw}
+        surveys.append(survey(clips, name, **how, progress=tell))
+    with replacing(chosen.output) as stream:
+        stream.write(as_markdown(surveys, seed=chosen.seed, draw=chosen.draw).encode())
+
+
+if __name__ == "__main__":
+    main()
