@@ -140,8 +140,8 @@ def _speeds(line: Timeline, segment: Segment) -> tuple[float, float]:
     from kinestitch.core.retime import time_map
 
     retiming, shown = line.clip(segment.clip).retiming, segment.range
-    if retiming is None:
-        return 1.0, 1.0
+    if retiming is None or len(retiming.knots) == 2:
+        return (1.0, 1.0) if retiming is None else retiming.speeds
     times = np.arange(shown.start, max(shown.stop, shown.start + 2)) / line.fps
     each = np.diff(time_map(retiming.knots, times)) * line.fps
     return float(each.min()), float(each.max())

@@ -14,7 +14,7 @@ from kinestitch.cli.options import NOT_NEGATIVE
 from kinestitch.cli.snapping import move_notes, snapped
 
 if TYPE_CHECKING:
-    from kinestitch.search.align import Aligned
+    from kinestitch.search.phase import Steps
 
 
 class SpeedType(click.ParamType):
@@ -70,7 +70,7 @@ def in_time(opened: Opened, wishes: dict[str, Any], step: Callable[[str], None])
     opened, notes = _paced(opened, wishes["speed"])
     if wishes["align_steps"] is not None:
         step("looking for steps")
-        opened, told = _aligned(opened, wishes["align_steps"], wishes["snap"])
+        opened, told = _aligned(opened, wishes)
         notes += told
     elif wishes["snap"] is not None:
         step("looking for cheaper cuts")
@@ -102,25 +102,19 @@ def _paced(opened: Opened, speeds: tuple[tuple[int, float], ...]) -> tuple[Opene
     return replace(opened, timeline=line), notes
 
 
-def _aligned(opened: Opened, seconds: float, snap: float | None) -> tuple[Opened, list[str]]:
+def _aligned(opened: Opened, wishes: dict[str, Any]) -> tuple[Opened, list[str]]:
     from kinestitch.search.align import TOLERANCE, align_phase
 
-    found = align_phase(opened.timeline, opened.clips, seconds, snap=snap)
+    seconds, warp = wishes["align_steps"], wishes["warp"]
+    found = align_phase(opened.timeline, opened.clips, seconds, snap=wishes["snap"])
     notes = move_notes(opened.timeline, found.timeline, found.moves, (found.before, found.after))
     notes += _without_steps(opened, found.gaps_before)
     for seam, gap in enumerate(found.gaps_after):
-        if abs(gap) > TOLERANCE + 1e-9:  # never of NaN
-            notes.append(
-                f"the steps at seam {seam + 1} still differ by {_degrees(gap)} of 360° a stride; "
-                f"{_more(found, seam, seconds)}"
-            )
+        if warp is None and abs(gap) > TOLERANCE + 1e-9:  # never of NaN
+            hard = found.timeline.seams[seam].lambda_at(found.timeline.fps) == 0
+            why = "hard cuts stay" if hard else f"no nearer place lies within {seconds:g} s"
+            notes.append(f"the steps at seam {seam + 1} still differ by {_degrees(gap)} of a stride's 360°; {why}.")
     return replace(opened, timeline=found.timeline), notes
-
-
-def _more(found: Aligned, seam: int, seconds: float) -> str:
-    if found.timeline.seams[seam].lambda_at(found.timeline.fps) == 0:
-        return "hard cuts are not moved."
-    return f"nothing nearer lies within {seconds:g} s and the clips. Widen --align-steps, or add --warp."
 
 
 def _warped(opened: Opened, bound: float) -> tuple[Opened, list[str]]:
@@ -132,9 +126,9 @@ def _warped(opened: Opened, bound: float) -> tuple[Opened, list[str]]:
         zip(found.speeds, found.gaps_before, found.gaps_after, strict=True), start=1
     ):
         if speeds != (1.0, 1.0):
-            rest = "" if abs(after) < 1e-6 else f"; {_degrees(after)} stay, as far as the bound and the clips allow"
+            rest = "" if abs(after) < 1e-3 else f"; {_degrees(after)} stay, as far as the bound and the clips allow"
             notes.append(
-                f"time bent at seam {seam}: {speeds[0]:.3g} × speed before it, {speeds[1]:.3g} × after it, "
+                f"time bent at seam {seam}: {speeds[0]:.4g} × speed before it, {speeds[1]:.4g} × after it, "
                 f"to bridge {_degrees(before)} of a stride{rest}."
             )
     return replace(opened, timeline=found.timeline), notes
@@ -160,7 +154,7 @@ def _without_steps(opened: Opened, gaps: tuple[float, ...]) -> list[str]:
     return notes
 
 
-def _phase_at(opened: Opened, clip: str, place: int, steps: Any) -> float:
+def _phase_at(opened: Opened, clip: str, place: int, steps: Steps) -> float:
     from kinestitch.search.align import place_phases
 
     return float(place_phases(opened.timeline, clip, (place, place), steps)[0])

@@ -77,6 +77,6 @@ def _knot(knot: object) -> tuple[float, float]:
         time, shown = (float(value) for value in knot)  # type: ignore[attr-defined]
     except (TypeError, ValueError, OverflowError) as error:
         raise ParameterError(f"Expected a pair of times in s, got {knot!r:.60}.") from error
-    if not max(abs(time), abs(shown)) <= LONGEST:
+    if not (abs(time) <= LONGEST and abs(shown) <= LONGEST):
         raise ParameterError(f"Expected times up to {LONGEST:g} s, got {(time, shown)}.")
     return time + 0.0, shown + 0.0

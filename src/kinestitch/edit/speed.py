@@ -25,7 +25,8 @@ def set_speed(timeline: Timeline, index: int, speed: float) -> Timeline:
     speed : against the clip as it is, whatever the segment's speed was before; 1 shows the clip itself again
 
     The stretch begins and ends at the nearest frames, so that either end lies up to half of `speed` frames of the clip
-    off. A segment that was slowed down is the same again at speed 1.
+    off; where it went on to the clip's end, it still does. A segment that was slowed down is the same again at speed 1,
+    but for a frame at its clip's end.
 
     Raises RangeError where there is no such segment and for a clip of one frame, ParameterError for a speed outside
     0.1 to 10.
@@ -49,6 +50,8 @@ def set_speed(timeline: Timeline, index: int, speed: float) -> Timeline:
     last = new.frames_at(timeline.fps)
     bounds = (segment.range.start, segment.range.stop)
     start, stop = (_nearest(source_frame(timeline, segment.clip, bound) / speed) for bound in bounds)
+    if segment.range.stop == timeline.clip(segment.clip).frames_at(timeline.fps):
+        stop = last
     start = max(min(start, last - 1), 0)
     return with_segment(timeline, index, new, FrameRange(start, max(min(stop, last), start + 1)))
 
