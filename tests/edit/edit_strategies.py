@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
+from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, Timeline
 
 RATES = (24.0, 29.97, 30.0, 60.0, 120.0, 1 / 0.0333333)
@@ -24,6 +25,19 @@ def seams() -> st.SearchStrategy[Seam]:
 
 
 @st.composite
+def retimed(draw: st.DrawFn, source: ClipInfo, key: str) -> ClipInfo:
+    """A clip that shows some stretch of another at speeds from 0.2 to 4."""
+    steps = draw(st.lists(st.tuples(st.floats(0.05, 2.0), st.floats(0.2, 4.0)), min_size=1, max_size=5))
+    times, shown = [0.0], [draw(st.floats(0.0, 1.0))]
+    for length, speed in steps:
+        times.append(times[-1] + length)
+        shown.append(shown[-1] + length * speed)
+    scale = draw(st.floats(0.5, 1.0)) * (source.frames - 1) / source.fps / shown[-1]
+    retiming = Retiming(source.key, tuple((a * scale, b * scale) for a, b in zip(times, shown, strict=True)))
+    return ClipInfo(key, retiming.frames_at(source.fps), source.fps, retiming)
+
+
+@st.composite
 def timelines(draw: st.DrawFn, *, most_frames: int = 40, rates: tuple[float, ...] = RATES) -> Timeline:
     fps = draw(st.sampled_from(rates))
     keys = draw(
@@ -36,6 +50,9 @@ def timelines(draw: st.DrawFn, *, most_frames: int = 40, rates: tuple[float, ...
     )
     size = st.integers(1, most_frames)
     clips = tuple(ClipInfo(key, draw(size), draw(st.sampled_from(rates))) for key in keys)
+    long = [clip for clip in clips if 2 <= clip.frames <= 10**9]
+    for number in range(draw(st.integers(0, 2)) if long else 0):
+        clips = (*clips, draw(retimed(draw(st.sampled_from(long)), f"retimed {number}")))
 
     def segment(info: ClipInfo) -> Segment:
         frames = info.frames_at(fps)

@@ -4,19 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kinestitch.cli.console import console, counted, fact_table
 from kinestitch.cli.failures import warnings_as_lines
 
+if TYPE_CHECKING:
+    from kinestitch.edit import Segment, Timeline
+
 
 @dataclass(frozen=True, slots=True)
 class SegmentFacts:
-    """A stretch of one clip: `start` is its frame in the result, `first` and `stop` its frames in the clip."""
+    """A stretch of one clip: `start` is its frame in the result, `first` and `stop` its frames in the clip.
+
+    slowest, fastest : speed at which it shows the clip's source; 1 for a clip as it is
+    """
 
     start: int
     clip: str
     first: int
     stop: int
+    slowest: float
+    fastest: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,13 +40,17 @@ class SeamFacts:
 
 @dataclass(frozen=True, slots=True)
 class SourceFacts:
-    """A clip of the edit; file : empty where the document names none; found : whether the file is there."""
+    """A clip of the edit; file : empty where the document names none; found : whether the file is there.
+
+    retimes : the clip that this one shows at another speed, empty for a clip as it is
+    """
 
     clip: str
     file: str
     found: bool
     frames: int
     fps: float
+    retimes: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +82,7 @@ def edit_facts(path: str) -> EditFacts:
         document = load_document(path, probe=probe)
     line, starts = document.timeline, document.timeline.starts
     stiffness = [None if seam.automatic else seam.lambda_at(line.fps) for seam in line.seams]
-    files = {clip.key: document.sources.get(clip.key, "") for clip in line.clips}
+    files = {clip.key: document.sources.get(clip.source, "") for clip in line.clips}
     return EditFacts(
         file=path,
         format="edit (OpenTimelineIO)",
@@ -77,7 +90,7 @@ def edit_facts(path: str) -> EditFacts:
         frames=line.frames,
         duration=(line.frames - 1) / line.fps,
         segments=tuple(
-            SegmentFacts(start, segment.clip, segment.range.start, segment.range.stop)
+            SegmentFacts(start, segment.clip, segment.range.start, segment.range.stop, *_speeds(line, segment))
             for start, segment in zip(starts, line.segments, strict=False)
         ),
         seams=tuple(
@@ -85,7 +98,14 @@ def edit_facts(path: str) -> EditFacts:
             for frame, value in zip(starts[1:-1], stiffness, strict=True)
         ),
         sources=tuple(
-            SourceFacts(clip.key, files[clip.key], Path(files[clip.key]).is_file(), clip.frames, clip.fps)
+            SourceFacts(
+                clip.key,
+                files[clip.key],
+                Path(files[clip.key]).is_file(),
+                clip.frames,
+                clip.fps,
+                "" if clip.retiming is None else clip.source,
+            )
             for clip in line.clips
         ),
         warnings=tuple(oddities),
@@ -101,8 +121,11 @@ def show_edit_facts(told: EditFacts) -> None:
         ("frame rate", f"{told.fps:g} fps"),
         ("frames", f"{told.frames}, numbered 0 to {told.frames - 1}"),
         ("duration", f"{told.duration:.3f} s"),
-        *(("segment", f"from {part.start}: {part.clip} {part.first}:{part.stop}") for part in told.segments),
-        *(("seam", f"before {seam.frame}: {_smoothing(seam)}") for seam in told.seams),
+        *((f"segment {number}", _segment(part)) for number, part in enumerate(told.segments, start=1)),
+        *(
+            (f"seam {number}", f"before {seam.frame}: {_smoothing(seam)}")
+            for number, seam in enumerate(told.seams, start=1)
+        ),
         *(("clip", _source(source)) for source in told.sources),
         *(("warning", oddity) for oddity in told.warnings),
     ]
@@ -117,8 +140,33 @@ def _smoothing(seam: SeamFacts) -> str:
     return f"smoothing {seam.smoothing:.3g} s (λ = {seam.stiffness:.4g})"
 
 
+def _speeds(line: Timeline, segment: Segment) -> tuple[float, float]:
+    """The slowest and the fastest speed between two frames of a segment."""
+    import numpy as np
+
+    from kinestitch.core.retime import time_map
+
+    retiming, shown = line.clip(segment.clip).retiming, segment.range
+    if retiming is None or len(retiming.knots) == 2:
+        return (1.0, 1.0) if retiming is None else retiming.speeds
+    times = np.arange(shown.start, max(shown.stop, shown.start + 2)) / line.fps
+    each = np.diff(time_map(retiming.knots, times)) * line.fps
+    return float(each.min()), float(each.max())
+
+
+def _segment(part: SegmentFacts) -> str:
+    """Which frames of which clip a segment shows, and how fast."""
+    text = f"from {part.start}: {part.clip} {part.first}:{part.stop}"
+    slowest, fastest = f"{part.slowest:.3g}", f"{part.fastest:.3g}"
+    if slowest == fastest:
+        return text if slowest == "1" else f"{text} at {slowest} × speed"
+    return f"{text} at {slowest} to {fastest} × speed"
+
+
 def _source(source: SourceFacts) -> str:
     size = f"{source.clip}: {counted(source.frames, 'frame')}, {source.fps:g} fps"
+    if source.retimes:
+        return f"{size}, {source.retimes} retimed"
     if not source.file:
         return f"{size}, no file named"
     return f"{size}, {source.file}" + ("" if source.found or "://" in source.file else " (not found)")

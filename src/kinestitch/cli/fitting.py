@@ -20,8 +20,8 @@ def changes(opened: Opened) -> list[str]:
     from kinestitch.rig.hips import hip_height
 
     line = opened.timeline
-    shown = list(dict.fromkeys(segment.clip for segment in line.segments))
-    first = line.clips[0].key if line.clips[0].key in shown else shown[0]
+    shown = list(dict.fromkeys(line.clip(segment.clip).source for segment in line.segments))
+    first = line.original
     body = opened.clips[first].skeleton
     told = []
     for key in shown:

@@ -116,14 +116,15 @@ class Library:
         self._taken.update(info.key for info in document.timeline.clips)
         for key, source in document.sources.items():
             self._name(key, source)
-        for key in dict.fromkeys(segment.clip for segment in document.timeline.segments):
+        line = document.timeline
+        for key in dict.fromkeys(line.clip(segment.clip).source for segment in line.segments):
             source = document.sources.get(key, "")
             if not source or "://" in source:
                 told = f"got {source}" if source else "got none"
                 raise DocumentError(f"Expected a file for clip {key!r}, {told}. Save the edit with it. ({path})")
             self.clips[key] = self._motion(source)
-            self._compare(document.timeline, key, path)
-        return document.timeline
+            self._compare(line, key, path)
+        return line
 
     def _compare(self, timeline: Timeline, key: str, path: str) -> None:
         from kinestitch.core.resample import same_rate

@@ -138,15 +138,15 @@ def show(path: str, step: Step) -> Shown:
 
 
 def pasted_stretches(timeline: Timeline) -> tuple[Stretch, ...]:
-    """Where a timeline shows another clip than its original, with that clip's frames as label."""
+    """Where a timeline shows another clip than its original, or that one at another speed, with the clip's frames as
+    label.
+    """
     from kinestitch.render.paint import Stretch
 
-    shown = [segment.clip for segment in timeline.segments]
-    original = timeline.clips[0].key if timeline.clips[0].key in shown else shown[0]
     return tuple(
         Stretch(start, start + len(segment), f"{segment.clip} {segment.range.start}–{segment.range.stop - 1}")
         for start, segment in zip(timeline.starts, timeline.segments, strict=False)
-        if segment.clip != original
+        if segment.clip != timeline.original
     )
 
 

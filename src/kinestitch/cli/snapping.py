@@ -1,10 +1,15 @@
-"""The option ``--snap``: seams moved to cheaper frames, and a sentence for each that says so."""
+"""Seams that are moved: to cheaper frames by ``--snap``; and a sentence for each that says so."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from kinestitch.cli.inputs import Opened
+
+if TYPE_CHECKING:
+    from kinestitch.edit import Timeline
 
 
 def snapped(opened: Opened, seconds: float) -> tuple[Opened, list[str]]:
@@ -12,9 +17,16 @@ def snapped(opened: Opened, seconds: float) -> tuple[Opened, list[str]]:
     from kinestitch.search.snap import snap
 
     found = snap(opened.timeline, opened.clips, seconds)
-    old, new = opened.timeline, found.timeline
+    notes = move_notes(opened.timeline, found.timeline, found.moves, (found.before, found.after))
+    return replace(opened, timeline=found.timeline), notes
+
+
+def move_notes(
+    old: Timeline, new: Timeline, moves: Sequence[tuple[int, int]], prices: tuple[float, float]
+) -> list[str]:
+    """What moved and what that changes. prices : E* in rad² of all seams together, before and after"""
     notes = []
-    for seam, (out, into) in enumerate(found.moves):
+    for seam, (out, into) in enumerate(moves):
         if (out, into) != (0, 0):
             left, right = new.segments[seam], new.segments[seam + 1]
             notes.append(
@@ -24,5 +36,5 @@ def snapped(opened: Opened, seconds: float) -> tuple[Opened, list[str]]:
     if notes:
         change = new.frames - old.frames
         length = f"{abs(change)} frames {'longer' if change > 0 else 'shorter'}" if change else "as long as before"
-        notes.append(f"all seams together now cost {found.after:.4g} rad², before {found.before:.4g}; it is {length}.")
-    return replace(opened, timeline=new), notes
+        notes.append(f"all seams together now cost {prices[1]:.4g} rad², before {prices[0]:.4g}; it is {length}.")
+    return notes

@@ -23,7 +23,7 @@ from kinestitch.cli.options import (
     in_order,
 )
 from kinestitch.cli.outputs import check_output, check_suffix
-from kinestitch.cli.snapping import snapped
+from kinestitch.cli.retiming import in_time, time_options
 
 if TYPE_CHECKING:
     from kinestitch.edit import Edit, Seam
@@ -57,6 +57,7 @@ Step = Callable[[str], None]
     metavar="SECONDS",
     help="Move both sides of each seam to the cheapest frames this near.",
 )
+@time_options
 @click.option(
     "--chart",
     type=click.Choice(["centred", "principal"]),
@@ -92,7 +93,6 @@ def stitch(
     smooth: float | None,
     stiffness: float | None,
     auto: bool,
-    snap: float | None,
     chart: str,
     method: str,
     foot_lock: bool,
@@ -119,18 +119,18 @@ def stitch(
       kinestitch stitch walk.bvh --delete 30:50 --insert 80 jump.bvh \\
                  --smooth 0.2 --report seams.json -o out.glb
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 --auto -o out.bvh
+      kinestitch stitch walk.bvh --append run.bvh --align-steps 0.3 -o out.bvh
+      kinestitch stitch walk.bvh --insert 60 kick.bvh --speed 2=0.5 -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
     edits = in_order(ctx, EDITS)
     _check_paths(ctx, original, edits, output, report)
     seam = _seam(ctx, smooth, stiffness, auto)
-    with progress(len(edits) + 6) as step:
+    with progress(len(edits) + 8) as step:
         opened, notes = _edited(Library(step), original, take, edits, seam)
-        if snap is not None:
-            step("looking for cheaper cuts")
-            opened, moved = snapped(opened, snap)
-            notes += moved
+        opened, changed = in_time(opened, ctx.params, step)
+        notes += changed
         _keep_inputs(opened.sources.values(), output, report)
         for note in notes:
             tell("note", note)
@@ -277,6 +277,4 @@ def _write(
 def _whose_skeleton(solved: Solved, opened: Opened) -> str:
     """The clip whose joints the result has: ORIGINAL, unless nothing of it is left."""
     skeleton = solved.motion.skeleton
-    return next(
-        (key for key, clip in opened.clips.items() if clip.skeleton is skeleton), opened.timeline.segments[0].clip
-    )
+    return next((key for key, clip in opened.clips.items() if clip.skeleton is skeleton), opened.timeline.original)

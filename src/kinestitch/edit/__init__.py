@@ -13,7 +13,9 @@ from kinestitch.edit.operations import (
     split,
     trim,
 )
+from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.script import Edit, apply_edits, parse_range, parse_source
+from kinestitch.edit.speed import set_speed
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING, ClipInfo, FrameRange, Seam, Segment, Timeline
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "Edit",
     "FrameRange",
     "History",
+    "Retiming",
     "Seam",
     "Segment",
     "Timeline",
@@ -41,6 +44,7 @@ __all__ = [
     "replace",
     "save_document",
     "set_seam",
+    "set_speed",
     "split",
     "trim",
     "undo",

@@ -44,7 +44,7 @@ def save_document(
 ) -> None:
     """Save an edit as an ``.otio`` document; an existing one is replaced only by a complete new one.
 
-    sources : clip key → path or URL; a clip without one is saved as a missing reference
+    sources : clip key → path or URL; a clip without one is saved as a missing reference, a retimed one has its source's
     base : the folder from which relative paths in `sources` count, by default the current one
 
     Paths are written relative to the document where that is possible, so that a folder can be moved as a whole.
@@ -58,6 +58,10 @@ def save_document(
         if key not in keys:
             raise MissingClipError(
                 f"Expected sources of the timeline's clips, got one for {key!r}. Add the clip first."
+            )
+        if timeline.clip(key).source != key:
+            raise ParameterError(
+                f"Expected no source for the retimed clip {key!r}. Name the one of {timeline.clip(key).source!r}."
             )
     for key in keys:
         if not _is_text(key):
@@ -94,7 +98,7 @@ def _to_otio(otio: Any, timeline: Timeline, urls: Mapping[str, str], name: str) 
             # The seam in front of a segment travels with it when another program moves, adds or removes segments.
             own["seam"] = seam_data(timeline.seams[index - 1])
         used = _otio_range(otio, segment.range.start, len(segment), timeline.fps)
-        media = _otio_media(otio, info, urls.get(info.key))
+        media = _otio_media(otio, info, urls.get(info.source))
         track.append(otio.schema.Clip(info.key, media, used, metadata={KEY: own}))
     return line
 

@@ -84,7 +84,7 @@ class _Clips:
         if key not in self.infos:
             raise DocumentError(f"Expected one of the document's clips, got {key!r}.")
         if strip.url is not None:
-            self.urls[key] = strip.url
+            self.urls[self.infos[key].source] = strip.url
         return key
 
     def other(self, strip: Strip) -> str:

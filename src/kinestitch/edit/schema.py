@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.timeline import ClipInfo, Seam
 from kinestitch.errors import DocumentError
 
@@ -21,7 +22,8 @@ SCHEMA = 1
 class Own:
     """What is ours in one document.
 
-    timeline : ``schema``, ``written_by``, ``fps``, ``clips`` (list of ``key``, ``frames``, ``fps`` and maybe ``url``)
+    timeline : ``schema``, ``written_by``, ``fps``, ``clips`` (list of ``key``, ``frames``, ``fps`` and maybe ``url``; a
+        retimed one has a ``retiming`` with its source's key, ``clip``, and ``knots``)
     segments : for each segment ``clip``, the key, and ``seam``, the settings of the seam in front of it
     """
 
@@ -81,19 +83,35 @@ def seam_from(data: object, ignored: Counter[str]) -> Seam:
 def clip_data(info: ClipInfo, url: str | None) -> dict[str, Any]:
     """What is known of a clip."""
     data: dict[str, Any] = {"key": info.key, "frames": info.frames, "fps": info.fps}
+    if info.retiming is not None:
+        data["retiming"] = {"clip": info.retiming.clip, "knots": [list(knot) for knot in info.retiming.knots]}
     return data if url is None else {**data, "url": url}
 
 
 def clip_from(data: object, ignored: Counter[str]) -> tuple[ClipInfo, str | None]:
     """A clip and its URL, if it has one."""
-    entries = known_fields(checked(data, dict, "a clip"), {"key", "frames", "fps", "url"}, ignored)
+    entries = known_fields(checked(data, dict, "a clip"), {"key", "frames", "fps", "url", "retiming"}, ignored)
     url = entries.get("url")
     info = ClipInfo(
         checked(entries.get("key"), str, "a clip's key"),
         checked(entries.get("frames"), int, "a clip's frames"),
         number(entries.get("fps"), "a clip's fps"),
+        _retiming_from(entries["retiming"], ignored) if "retiming" in entries else None,
     )
     return info, None if url is None else checked(url, str, "a clip's url")
+
+
+def _retiming_from(data: object, ignored: Counter[str]) -> Retiming:
+    entries = known_fields(checked(data, dict, "a retiming"), {"clip", "knots"}, ignored)
+    knots = tuple(_knot_from(knot) for knot in checked(entries.get("knots"), list, "a retiming's knots"))
+    return Retiming(checked(entries.get("clip"), str, "a retiming's clip"), knots)
+
+
+def _knot_from(data: object) -> tuple[float, float]:
+    pair = checked(data, list, "a knot")
+    if len(pair) != 2:
+        raise DocumentError(f"Expected a knot of two times, got {len(pair)} values.")
+    return number(pair[0], "a knot's time"), number(pair[1], "a knot's time")
 
 
 def known_fields(data: Mapping[str, Any], names: set[str], ignored: Counter[str]) -> dict[str, Any]:

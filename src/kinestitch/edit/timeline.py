@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import TYPE_CHECKING, SupportsIndex
 
-from kinestitch.core.resample import resampled_frames
+from kinestitch.core.resample import resampled_frames, same_rate
+from kinestitch.edit.retiming import Retiming
 from kinestitch.errors import MissingClipError, ParameterError, RangeError
 
 if TYPE_CHECKING:
@@ -78,12 +79,15 @@ class FrameRange:
 class ClipInfo:
     """What a timeline knows of a clip: the key it is called by, its number of frames F ≥ 1 and its own rate.
 
+    retiming : for a clip that shows another one at another speed; its frames are those up to the last knot
+
     Raises RangeError for F < 1, ParameterError for fps ≤ 0 or a key that is no text.
     """
 
     key: str
     frames: int
     fps: float
+    retiming: Retiming | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.key, str):
@@ -92,6 +96,16 @@ class ClipInfo:
         object.__setattr__(self, "fps", positive_rate(self.fps))
         if not 1 <= self.frames <= MAX_FRAMES:
             raise RangeError(f"Expected a clip of at least 1 frame, got {self.frames} in clip {self.key!r}.")
+        if self.retiming is not None and self.frames != self.retiming.frames_at(self.fps):
+            raise RangeError(
+                f"Expected {self.retiming.frames_at(self.fps)} frames in the retimed clip {self.key!r}, as its last "
+                f"knot says, got {self.frames}."
+            )
+
+    @property
+    def source(self) -> str:
+        """Key of the clip whose motion this one shows: its own, or its source's where it is retimed."""
+        return self.key if self.retiming is None else self.retiming.clip
 
     def frames_at(self, fps: float) -> int:
         """Number of frames the clip has once it is resampled as a whole to `fps`.
@@ -220,6 +234,9 @@ class Timeline:
             if clip.key in frames:
                 raise ParameterError(f"Expected every clip once, got {clip.key!r} twice. Give one another key.")
             frames[clip.key] = clip.frames_at(self.fps)
+        for clip in self.clips:
+            if clip.retiming is not None:
+                _check_retiming(clip, clip.retiming, self.clip(clip.source))
         for index, segment in enumerate(self.segments):
             if segment.clip not in frames:
                 raise _missing(segment.clip, frames)
@@ -239,6 +256,14 @@ class Timeline:
         """(S + 1,) the frame at which each segment starts; the last entry is the number of frames."""
         return tuple(accumulate((len(segment) for segment in self.segments), initial=0))
 
+    @property
+    def original(self) -> str:
+        """Key of the clip whose body the result has: the first clip's if it is shown, else the first one shown; of a
+        retimed clip, its source's.
+        """
+        shown = [self.clip(segment.clip).source for segment in self.segments]
+        return self.clips[0].source if self.clips[0].source in shown else shown[0]
+
     def clip(self, key: str) -> ClipInfo:
         """The clip of this key; raises MissingClipError that lists the known ones."""
         for info in self.clips:
@@ -257,6 +282,25 @@ class Timeline:
             raise RangeError(f"Expected a frame within 0:{starts[-1]} of the timeline, got {frame}.")
         index = bisect_right(starts, frame) - 1
         return index, self.segments[index].range.start + frame - starts[index]
+
+
+def _check_retiming(clip: ClipInfo, retiming: Retiming, source: ClipInfo) -> None:
+    if source.retiming is not None:
+        raise ParameterError(
+            f"Expected clip {clip.key!r} to retime a clip as it is, got {source.key!r}, itself retimed. "
+            f"Retime {source.source!r} instead."
+        )
+    if not same_rate(clip.fps, source.fps):
+        raise ParameterError(
+            f"Expected the rate of {source.key!r} ({source.fps:g} fps) in its retimed clip {clip.key!r}, "
+            f"got {clip.fps:g}."
+        )
+    last, end = retiming.knots[-1][1], (source.frames - 1) / source.fps
+    if last > end + 1e-6 / source.fps:
+        raise RangeError(
+            f"Expected moments within 0 to {end:.6g} s of clip {source.key!r}, got {last:.6g} s in its retimed clip "
+            f"{clip.key!r}."
+        )
 
 
 def _missing(key: str, known: Iterable[str]) -> MissingClipError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,13 +54,28 @@ def snap(
     moves = [(0, 0)] * len(timeline.seams)
     for seam in placed.seams:
         if seam.stiffness > 0:
-            moves[seam.index] = _cheapest(placed, seam, round(seconds * timeline.fps), scales)
-    moved = _moved(timeline, moves)
+            found = within_reach(placed, seam, round(seconds * timeline.fps), scales)
+            moves[seam.index] = cheapest(placed, seam, found)
+    moved = moved_seams(timeline, moves)
     after = joint_price(place_timeline(moved, clips))
     return Snapped(moved, tuple(moves), joint_price(placed), after)
 
 
-def _cheapest(placed: Placed, seam: SeamPlace, reach: int, scales: Array) -> tuple[int, int]:
+@dataclass(frozen=True, eq=False, slots=True)
+class Reach:
+    """Where the two sides of a seam may go, and what that costs; by :func:`within_reach`.
+
+    outs, intos : first and last place of the left clip's end and of the right clip's start
+    costs : one row a place of the left, one column a place of the right; infinite where that may not be
+    """
+
+    outs: Places
+    intos: Places
+    costs: Array
+
+
+def within_reach(placed: Placed, seam: SeamPlace, reach: int, scales: Array) -> Reach:
+    """What a seam costs wherever its sides may go within `reach` frames."""
     left, right = placed.timeline.segments[seam.index : seam.index + 2]
     a, b = placed.sources[left.clip], placed.sources[right.clip]
     first, last = seam.index == 0, seam.index == len(placed.timeline.seams) - 1
@@ -77,8 +92,14 @@ def _cheapest(placed: Placed, seam: SeamPlace, reach: int, scales: Array) -> tup
         jump = right.range.start - left.range.stop
         there = np.arange(intos[0], intos[1] + 1) - np.arange(outs[0], outs[1] + 1)[:, None]
         costs = np.where(there * np.sign(jump) >= _LEAST_JUMP * abs(jump), costs, np.inf)
-    i, j = (int(k) for k in np.unravel_index(np.argmin(costs), costs.shape))
-    return outs[0] + i - left.range.stop, intos[0] + j - right.range.start
+    return Reach(outs, intos, costs)
+
+
+def cheapest(placed: Placed, seam: SeamPlace, found: Reach) -> tuple[int, int]:
+    """By how many frames the two sides of a seam have to move to the least cost there is."""
+    left, right = placed.timeline.segments[seam.index : seam.index + 2]
+    i, j = (int(k) for k in np.unravel_index(np.argmin(found.costs), found.costs.shape))
+    return found.outs[0] + i - left.range.stop, found.intos[0] + j - right.range.start
 
 
 def _around(motion: Motion, places: Places) -> Motion:
@@ -87,7 +108,8 @@ def _around(motion: Motion, places: Places) -> Motion:
     return replace(motion, rotations=motion.rotations[here], translations=motion.translations[here])
 
 
-def _moved(timeline: Timeline, moves: list[tuple[int, int]]) -> Timeline:
+def moved_seams(timeline: Timeline, moves: Sequence[tuple[int, int]]) -> Timeline:
+    """The timeline with both sides of each seam moved by this many frames."""
     starts = [0, *(into for _, into in moves)]
     stops = [*(out for out, _ in moves), 0]
     segments = tuple(

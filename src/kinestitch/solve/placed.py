@@ -14,9 +14,10 @@ import numpy as np
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.resample import resample, same_rate
+from kinestitch.core.retime import retime
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_rotate
 from kinestitch.core.skeleton import Skeleton
-from kinestitch.edit.timeline import Timeline
+from kinestitch.edit.timeline import ClipInfo, Timeline
 from kinestitch.errors import MissingClipError, RangeError
 from kinestitch.rig.carrier import carrier_joint, with_world_carrier
 from kinestitch.rig.fit import fit_motion
@@ -82,27 +83,20 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
     """Match rigs, resample, and give each segment the yaw and ground shift by which it continues its predecessor
     (Eq. 14).
 
-    A clip of another rig is retargeted where its joints' names leave no doubt, and a KinestitchWarning says so.
+    A clip of another rig is retargeted where its joints' names leave no doubt, and a KinestitchWarning says so. The
+    motion of a retimed clip is made from its source's, which is the one that has to be among the clips.
 
     Raises MissingClipError, RangeError (a clip shorter than the timeline says), SkeletonMismatchError.
     """
     pasted = [segment.clip for segment in timeline.segments]
-    first = timeline.clips[0].key if timeline.clips[0].key in pasted else pasted[0]
+    lead = timeline.original
+    first = next(key for key in pasted if timeline.clip(key).source == lead)
     used = dict.fromkeys([first, *pasted])  # the original leads: what stands above its carrier is taken from it
-    for key in used:
-        if key not in clips:
-            known = ", ".join(map(repr, clips)) or "none"
-            raise MissingClipError(f"Expected a motion for clip {key!r}, got {known}. Pass it in `clips`.")
-        info, found = timeline.clip(key), clips[key].frames
-        if not same_rate(info.fps, clips[key].fps):
-            raise RangeError(
-                f"Expected {info.fps:g} fps in clip {key!r}, as its timeline says, got {clips[key].fps:g}."
-            )
-        if info.frames != found:
-            raise RangeError(f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {found}.")
-    original = clips[first]
+    for key in dict.fromkeys(timeline.clip(key).source for key in used):
+        _check_clip(timeline.clip(key), clips)
+    original = clips[lead]
     chain = original.skeleton.chain(hips_joint(original.skeleton))
-    matched = {key: resample(fit_motion(clips[key], original, key), timeline.fps) for key in used}
+    matched = {key: _matched(timeline, timeline.clip(key), clips, original) for key in used}
     writes = carrier_joint(original)
     others = [motion for motion in matched.values() if motion is not original]
     carrier = max([writes, *map(carrier_joint, others)], key=chain.index)
@@ -119,6 +113,27 @@ def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
             around = _own_frames(placed, seam)
             placements.append(continue_placement(original.skeleton, carrier, placements[-1], around))
     return replace(placed, placements=tuple(placements))
+
+
+def _check_clip(info: ClipInfo, clips: Mapping[str, Motion]) -> None:
+    key = info.key
+    if key not in clips:
+        known = ", ".join(map(repr, clips)) or "none"
+        raise MissingClipError(f"Expected a motion for clip {key!r}, got {known}. Pass it in `clips`.")
+    if not same_rate(info.fps, clips[key].fps):
+        raise RangeError(f"Expected {info.fps:g} fps in clip {key!r}, as its timeline says, got {clips[key].fps:g}.")
+    if info.frames != clips[key].frames:
+        raise RangeError(
+            f"Expected {info.frames} frames in clip {key!r}, as its timeline says, got {clips[key].frames}."
+        )
+
+
+def _matched(timeline: Timeline, info: ClipInfo, clips: Mapping[str, Motion], original: Motion) -> Motion:
+    """A clip on the original's rig and at the timeline's rate, retimed if it is a retimed one."""
+    fitted = fit_motion(clips[info.source], original, info.source)
+    if info.retiming is None:
+        return resample(fitted, timeline.fps)
+    return retime(fitted, info.retiming.knots, info.frames_at(timeline.fps), timeline.fps)
 
 
 def _continuous(timeline: Timeline, seam: int) -> bool:
