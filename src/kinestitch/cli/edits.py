@@ -41,7 +41,7 @@ class SourceFacts:
 
 @dataclass(frozen=True, slots=True)
 class EditFacts:
-    """What is told of one edit document. duration : s from the first frame to the last"""
+    """What is told of one edit document. duration : s from the first frame to the last; pins : as on a command line"""
 
     file: str
     format: str
@@ -51,6 +51,7 @@ class EditFacts:
     segments: tuple[SegmentFacts, ...]
     seams: tuple[SeamFacts, ...]
     sources: tuple[SourceFacts, ...]
+    pins: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
@@ -87,6 +88,7 @@ def edit_facts(path: str) -> EditFacts:
             SourceFacts(clip.key, files[clip.key], Path(files[clip.key]).is_file(), clip.frames, clip.fps)
             for clip in line.clips
         ),
+        pins=tuple(map(str, line.pins)),
         warnings=tuple(oddities),
     )
 
@@ -105,6 +107,7 @@ def show_edit_facts(told: EditFacts) -> None:
             ("seam", f"before {seam.frame}: smoothing {seam.smoothing:.3g} s (λ = {seam.stiffness:.4g})")
             for seam in told.seams
         ),
+        *(("pin", pin) for pin in told.pins),
         *(("clip", _source(source)) for source in told.sources),
         *(("warning", oddity) for oddity in told.warnings),
     ]

@@ -23,10 +23,11 @@ from kinestitch.cli.options import (
     in_order,
 )
 from kinestitch.cli.outputs import check_output, check_suffix
+from kinestitch.cli.pinning import pin_options, with_pins
 from kinestitch.cli.snapping import snapped
 
 if TYPE_CHECKING:
-    from kinestitch.edit import Edit, Seam
+    from kinestitch.edit import Edit, Pin, Seam
     from kinestitch.solve.solved import Solved
 
 EDITS = ("replace", "insert", "append", "delete")
@@ -54,6 +55,7 @@ Step = Callable[[str], None]
     metavar="SECONDS",
     help="Move both sides of each seam to the cheapest frames this near.",
 )
+@pin_options
 @click.option(
     "--chart",
     type=click.Choice(["centred", "principal"]),
@@ -92,6 +94,9 @@ def stitch(
     chart: str,
     method: str,
     foot_lock: bool,
+    pin: tuple[Pin, ...],
+    waypoint: tuple[Pin, ...],
+    come_back: float | None,
     skeleton_only: bool,
     preset: str | None,
     report: str | None,
@@ -105,8 +110,8 @@ def stitch(
 
     Frames count from 0; a range A:B holds the frames A to B-1. A:B and N are frames of ORIGINAL as it was before any
     of the edits; edits at one place happen in the order they are written in. What follows an edit moves in time, and
-    its path on the ground rides along. A REF of another frame rate is resampled to ORIGINAL's. An OUT in ORIGINAL's
-    format keeps its character.
+    its path on the ground rides along, unless pins or --return take it elsewhere. A REF of another frame rate is
+    resampled to ORIGINAL's. An OUT in ORIGINAL's format keeps its character.
 
     \b
     Examples:
@@ -115,6 +120,8 @@ def stitch(
       kinestitch stitch walk.bvh --delete 30:50 --insert 80 jump.bvh \\
                  --smooth 0.2 --report seams.json -o out.glb
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 -o out.bvh
+      kinestitch stitch walk.bvh --waypoint 120=1,2.5 --pin LeftHand@80=0.3,1.4,1.6 \\
+                 --foot-lock -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
@@ -127,6 +134,7 @@ def stitch(
             step("looking for cheaper cuts")
             opened, moved = snapped(opened, snap)
             notes += moved
+        opened = with_pins(opened, (*pin, *waypoint), come_back)
         _keep_inputs(opened.sources.values(), output, report)
         for note in notes:
             tell("note", note)
