@@ -77,7 +77,7 @@ def test_completion_prints_a_script(kinestitch, shell):
     ("line", "offered"),
     [
         ("kinestitch st", ["plain,stitch"]),
-        ("kinestitch stitch --re", ["plain,--replace", "plain,--report"]),
+        ("kinestitch stitch --re", ["plain,--replace", "plain,--return", "plain,--report"]),
         ("kinestitch stitch --method c", ["plain,cut"]),
         ("kinestitch stitch --append ki", ["file,ki"]),
         ("kinestitch stitch --replace 1:2 ki", ["file,ki"]),

@@ -8,7 +8,7 @@ finger.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -97,8 +97,6 @@ def deviation(motion: Motion, cut: Motion, frame: int, reach: int) -> tuple[floa
 
 def root_step(motion: Motion, frame: int) -> float:
     """Distance in m that the hips move in the world between frames `frame` − 1 and `frame`."""
-    from dataclasses import replace
-
     pair = replace(
         motion,
         rotations=motion.rotations[frame - 1 : frame + 1],
@@ -224,8 +222,11 @@ def _automatic(placed: Placed, seam: SeamPlace) -> dict[str, Any]:
 
 def report(solved: Solved) -> Mapping[str, Any]:
     """The numbers of a stitch as one JSON object: ``frames``, ``fps``, ``joints``, ``solve_ms`` and a list of
-    ``seams``. A seam's ``lambda`` is as solved; where it was chosen by itself, the largest of its ``groups``.
+    ``seams``. A seam's ``lambda`` is as solved; where it was chosen by itself, the largest of its ``groups``. Where the
+    timeline has pins, seams are measured before these were met.
     """
+    if solved.unpinned is not None:
+        solved = replace(solved, motion=solved.unpinned)
     motion = solved.motion
     seams = []
     for seam in solved.seams:

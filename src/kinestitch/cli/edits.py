@@ -55,7 +55,7 @@ class SourceFacts:
 
 @dataclass(frozen=True, slots=True)
 class EditFacts:
-    """What is told of one edit document. duration : s from the first frame to the last"""
+    """What is told of one edit document. duration : s from the first frame to the last; pins : as on a command line"""
 
     file: str
     format: str
@@ -65,6 +65,7 @@ class EditFacts:
     segments: tuple[SegmentFacts, ...]
     seams: tuple[SeamFacts, ...]
     sources: tuple[SourceFacts, ...]
+    pins: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
@@ -108,6 +109,7 @@ def edit_facts(path: str) -> EditFacts:
             )
             for clip in line.clips
         ),
+        pins=tuple(map(str, line.pins)),
         warnings=tuple(oddities),
     )
 
@@ -126,6 +128,7 @@ def show_edit_facts(told: EditFacts) -> None:
             (f"seam {number}", f"before {seam.frame}: {_smoothing(seam)}")
             for number, seam in enumerate(told.seams, start=1)
         ),
+        *(("pin", pin) for pin in told.pins),
         *(("clip", _source(source)) for source in told.sources),
         *(("warning", oddity) for oddity in told.warnings),
     ]

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +31,7 @@ def drop_repeated_poses(timeline: Timeline, clips: Mapping[str, Motion], appende
     for every frame dropped.
     """
     from kinestitch.edit import FrameRange, Segment
+    from kinestitch.edit.pieces import with_bounds
     from kinestitch.solve.placed import place_timeline
 
     seams = [s for s in range(max(0, len(timeline.seams) - appended), len(timeline.seams)) if _whole(timeline, s)]
@@ -44,7 +44,7 @@ def drop_repeated_poses(timeline: Timeline, clips: Mapping[str, Motion], appende
         if len(right) > 1 and _same_pose(placed, seam):
             segments[seam + 1] = Segment(right.clip, FrameRange(1, right.range.stop))
             notes.append(f"{right.clip} starts with the last pose of {left.clip}; that frame is kept once.")
-    return replace(timeline, segments=tuple(segments)), notes
+    return with_bounds(timeline, segments), notes
 
 
 def _whole(timeline: Timeline, seam: int) -> bool:

@@ -23,10 +23,11 @@ from kinestitch.cli.options import (
     in_order,
 )
 from kinestitch.cli.outputs import check_output, check_suffix
+from kinestitch.cli.pinning import pin_options, with_pins
 from kinestitch.cli.retiming import in_time, time_options
 
 if TYPE_CHECKING:
-    from kinestitch.edit import Edit, Seam
+    from kinestitch.edit import Edit, Pin, Seam
     from kinestitch.solve.solved import Solved
 
 EDITS = ("replace", "insert", "append", "delete")
@@ -58,6 +59,7 @@ Step = Callable[[str], None]
     help="Move both sides of each seam to the cheapest frames this near.",
 )
 @time_options
+@pin_options
 @click.option(
     "--chart",
     type=click.Choice(["centred", "principal"]),
@@ -96,6 +98,9 @@ def stitch(
     chart: str,
     method: str,
     foot_lock: bool,
+    pin: tuple[Pin, ...],
+    waypoint: tuple[Pin, ...],
+    come_back: float | None,
     skeleton_only: bool,
     preset: str | None,
     report: str | None,
@@ -109,8 +114,8 @@ def stitch(
 
     Frames count from 0; a range A:B holds the frames A to B-1. A:B and N are frames of ORIGINAL as it was before any
     of the edits; edits at one place happen in the order they are written in. What follows an edit moves in time, and
-    its path on the ground rides along. A REF of another frame rate is resampled to ORIGINAL's. An OUT in ORIGINAL's
-    format keeps its character.
+    its path on the ground rides along, unless pins or --return take it elsewhere. A REF of another frame rate is
+    resampled to ORIGINAL's. An OUT in ORIGINAL's format keeps its character.
 
     \b
     Examples:
@@ -121,6 +126,8 @@ def stitch(
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh --snap 0.2 --auto -o out.bvh
       kinestitch stitch walk.bvh --append run.bvh --align-steps 0.3 -o out.bvh
       kinestitch stitch walk.bvh --insert 60 kick.bvh --speed 2=0.5 -o out.bvh
+      kinestitch stitch walk.bvh --waypoint 120=1,2.5 --pin LeftHand@80=0.3,1.4,1.6 \\
+                 --foot-lock -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
@@ -131,6 +138,7 @@ def stitch(
         opened, notes = _edited(Library(step), original, take, edits, seam)
         opened, changed = in_time(opened, ctx.params, step)
         notes += changed
+        opened = with_pins(opened, (*pin, *waypoint), come_back)
         _keep_inputs(opened.sources.values(), output, report)
         for note in notes:
             tell("note", note)

@@ -13,6 +13,8 @@ from kinestitch.edit.operations import (
     split,
     trim,
 )
+from kinestitch.edit.pinning import add_pin, come_back, remove_pin
+from kinestitch.edit.pins import Pin, parse_pin, parse_waypoint
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.script import Edit, apply_edits, parse_range, parse_source
 from kinestitch.edit.speed import set_speed
@@ -25,22 +27,28 @@ __all__ = [
     "Edit",
     "FrameRange",
     "History",
+    "Pin",
     "Retiming",
     "Seam",
     "Segment",
     "Timeline",
     "add_clip",
+    "add_pin",
     "append",
     "apply_edits",
+    "come_back",
     "commit",
     "delete",
     "insert",
     "load_document",
     "move",
+    "parse_pin",
     "parse_range",
     "parse_source",
+    "parse_waypoint",
     "preview",
     "redo",
+    "remove_pin",
     "replace",
     "save_document",
     "set_seam",

@@ -17,7 +17,7 @@ from typing import Any
 from kinestitch.core.atomic import replacing
 from kinestitch.edit.foreign import Probe, Span, Strip, assemble
 from kinestitch.edit.locations import to_url
-from kinestitch.edit.schema import SCHEMA, Own, checked, clip_data, seam_data
+from kinestitch.edit.schema import SCHEMA, Own, checked, clip_data, pin_data, seam_data
 from kinestitch.edit.sieve import KEY, opened, sieved_text
 from kinestitch.edit.timeline import ClipInfo, Timeline
 from kinestitch.errors import DocumentError, KinestitchError, KinestitchWarning, MissingClipError, ParameterError
@@ -91,12 +91,18 @@ def _to_otio(otio: Any, timeline: Timeline, urls: Mapping[str, str], name: str) 
     # A track's kind may be any text, but other programs ask for Video or Audio and pass over the rest.
     track = otio.schema.Track("motion", kind=otio.schema.TrackKind.Video, metadata={KEY: {"kind": "motion"}})
     line.tracks.append(track)
+    starts = timeline.starts
     for index, segment in enumerate(timeline.segments):
         info = timeline.clip(segment.clip)
         own = {"clip": info.key}
         if index:
-            # The seam in front of a segment travels with it when another program moves, adds or removes segments.
+            # The seam in front of a segment travels with it when another program moves, adds or removes segments, and
+            # so do its pins.
             own["seam"] = seam_data(timeline.seams[index - 1])
+        start = starts[index]
+        pins = [pin for pin in timeline.pins if start <= pin.frame < start + len(segment)]
+        if pins:
+            own["pins"] = [pin_data(pin, segment.range.start - start) for pin in pins]
         used = _otio_range(otio, segment.range.start, len(segment), timeline.fps)
         media = _otio_media(otio, info, urls.get(info.source))
         track.append(otio.schema.Clip(info.key, media, used, metadata={KEY: own}))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 from typing import Any
 
 from kinestitch.core.resample import same_rate
 from kinestitch.edit.locations import from_url
-from kinestitch.edit.schema import Own, checked, clip_from, known_fields, number, seam_from, upgraded
+from kinestitch.edit.pins import Pin
+from kinestitch.edit.schema import Own, checked, clip_from, known_fields, number, pin_from, seam_from, upgraded
 from kinestitch.edit.timeline import MAX_FRAMES, ClipInfo, FrameRange, Seam, Segment, Timeline
 from kinestitch.errors import DocumentError
 
@@ -125,17 +126,31 @@ def assemble(
         fps = number(table.get("fps"), "the timeline's fps")
         for entry in checked(table.get("clips"), list, "the clips"):
             clips.add(*clip_from(entry, ignored))
-    segments, seams = [], []
+    segments: list[Segment] = []
+    seams: list[Seam] = []
+    pins: list[Pin] = []
     for index, strip in enumerate(strips):
-        data = known_fields(own.segments[index] if own else {}, {"clip", "seam"}, ignored)
+        data = known_fields(own.segments[index] if own else {}, {"clip", "seam", "pins"}, ignored)
         seams.append(seam_from(data["seam"], ignored) if "seam" in data else Seam())
         if "clip" in data:
             key, offset = clips.ours(checked(data["clip"], str, "a segment's clip"), strip), 0
         else:
             key, offset = clips.other(strip), 0 if strip.available is None else strip.available.at(fps)[0]
-        segments.append(Segment(key, _range_of(strip, clips.infos[key], fps, offset)))
-    timeline = Timeline(tuple(clips.infos.values()), tuple(segments), tuple(seams[1:]), fps)
+        segment = Segment(key, _range_of(strip, clips.infos[key], fps, offset))
+        pins.extend(_pins_of(data.get("pins", []), segment, sum(map(len, segments)), ignored))
+        segments.append(segment)
+    timeline = Timeline(tuple(clips.infos.values()), tuple(segments), tuple(seams[1:]), fps, tuple(pins))
     return timeline, {key: from_url(url, folder) for key, url in clips.urls.items()}
+
+
+def _pins_of(data: object, segment: Segment, start: int, ignored: Counter[str]) -> Iterator[Pin]:
+    """The pins of a segment that starts at a frame of the result; another program may have cut their frames off."""
+    for entry in checked(data, list, "a segment's pins"):
+        pin = pin_from(entry, ignored)
+        if segment.range.start <= pin.frame < segment.range.stop:
+            yield replace(pin, frame=pin.frame - segment.range.start + start)
+        else:
+            ignored["pin on a frame that is not shown"] += 1
 
 
 def _rate_of(strip: Strip, clips: _Clips) -> float:

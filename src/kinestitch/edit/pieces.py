@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from kinestitch.core.resample import resampled_bound
+from kinestitch.edit.pins import Pin
 from kinestitch.edit.timeline import FrameRange, Seam, Segment, Timeline, whole
 from kinestitch.errors import RangeError
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Some consecutive segments and the seams between them; may be empty."""
+    """Some consecutive segments, the seams between them, and the pins on their frames; may be empty.
+
+    pins : their frames count from the piece's first
+    """
 
     segments: tuple[Segment, ...] = ()
     seams: tuple[Seam, ...] = ()
+    pins: tuple[Pin, ...] = ()
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return sum(len(segment) for segment in self.segments)
 
 
 def cut_piece(timeline: Timeline, start: int, stop: int) -> Piece:
@@ -30,7 +40,8 @@ def cut_piece(timeline: Timeline, start: int, stop: int) -> Piece:
     segments[-1] = Segment(segments[-1].clip, FrameRange(segments[-1].range.start, over))
     under = segments[0].range.start + (start - starts[first])
     segments[0] = Segment(segments[0].clip, FrameRange(under, segments[0].range.stop))
-    return Piece(tuple(segments), timeline.seams[first:last])
+    pins = tuple(replace(pin, frame=pin.frame - start) for pin in timeline.pins if start <= pin.frame < stop)
+    return Piece(tuple(segments), timeline.seams[first:last], pins)
 
 
 def clip_piece(timeline: Timeline, clip: str, start: int | None = None, stop: int | None = None) -> Piece:
@@ -58,17 +69,37 @@ def clip_piece(timeline: Timeline, clip: str, start: int | None = None, stop: in
 def join_pieces(timeline: Timeline, pieces: Iterable[Piece], seam: Seam | None = None) -> Timeline:
     """The timeline with other content: these pieces one after the other, with a new seam wherever two meet.
 
-    Empty pieces count as absent. Raises RangeError if nothing is left.
+    Empty pieces count as absent; pins go where their frames go. Raises RangeError if nothing is left.
     """
     segments: list[Segment] = []
     seams: list[Seam] = []
+    pins: list[Pin] = []
+    start = 0
     for piece in pieces:
         if not piece.segments:
             continue
+        pins.extend(replace(pin, frame=start + pin.frame) for pin in piece.pins)
+        start += piece.frames
         if segments:
             seams.append(seam or Seam())
         segments.extend(piece.segments)
         seams.extend(piece.seams)
     if not segments:
         raise RangeError(f"Expected at least one frame to stay, got a deletion of all {timeline.frames} frames.")
-    return replace(timeline, segments=tuple(segments), seams=tuple(seams))
+    return replace(timeline, segments=tuple(segments), seams=tuple(seams), pins=tuple(pins))
+
+
+def with_bounds(timeline: Timeline, segments: Sequence[Segment]) -> Timeline:
+    """The timeline whose segments show more or less of their clips; pins stay on the frames that they are on, and go
+    with those that are shown no more.
+
+    segments : as many as before, each of the clip that it had
+    """
+    pins, start = [], 0
+    for old, new, first in zip(timeline.segments, segments, timeline.starts, strict=False):
+        shift = start - new.range.start - (first - old.range.start)
+        for pin in timeline.pins:
+            if first <= pin.frame < first + len(old) and start <= pin.frame + shift < start + len(new):
+                pins.append(replace(pin, frame=pin.frame + shift))
+        start += len(new)
+    return replace(timeline, segments=tuple(segments), pins=tuple(pins))

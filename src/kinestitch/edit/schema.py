@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from kinestitch.edit.pins import Pin
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.timeline import ClipInfo, Seam
 from kinestitch.errors import DocumentError
@@ -24,7 +25,8 @@ class Own:
 
     timeline : ``schema``, ``written_by``, ``fps``, ``clips`` (list of ``key``, ``frames``, ``fps`` and maybe ``url``; a
         retimed one has a ``retiming`` with its source's key, ``clip``, and ``knots``)
-    segments : for each segment ``clip``, the key, and ``seam``, the settings of the seam in front of it
+    segments : for each segment ``clip``, the key, ``seam``, the settings of the seam in front of it, and maybe
+        ``pins``, whose frames are those of the clip at the timeline's rate
     """
 
     timeline: dict[str, Any]
@@ -78,6 +80,28 @@ def seam_from(data: object, ignored: Counter[str]) -> Seam:
     """A seam from its settings; fields nobody knows are counted and left out."""
     names = {entry.name for entry in fields(Seam)}
     return Seam(**known_fields(checked(data, dict, "a seam"), names, ignored))
+
+
+def pin_data(pin: Pin, shift: int) -> dict[str, Any]:
+    """A pin's settings that are not left to the default, its frame moved by `shift`."""
+    data: dict[str, Any] = {"kind": pin.kind, "frame": pin.frame + shift, "target": list(pin.target)}
+    if not pin.exact:
+        data["weight"] = pin.weight
+    optional = {"joint": pin.joint, "smoothing": pin.smoothing}
+    return data | {name: value for name, value in optional.items() if value is not None}
+
+
+def pin_from(data: object, ignored: Counter[str]) -> Pin:
+    """A pin from its settings; fields nobody knows are counted and left out."""
+    entries = known_fields(checked(data, dict, "a pin"), {entry.name for entry in fields(Pin)}, ignored)
+    kind = checked(entries.pop("kind", None), str, "a pin's kind")
+    frame = checked(entries.pop("frame", None), int, "a pin's frame")
+    numbers = checked(entries.pop("target", None), list, "a pin's target")
+    if "joint" in entries:
+        checked(entries["joint"], str, "a pin's joint")
+    for name in {"weight", "smoothing"} & set(entries):
+        entries[name] = number(entries[name], f"a pin's {name}")
+    return Pin(kind, frame, tuple(number(value, "a pin's target") for value in numbers), **entries)
 
 
 def clip_data(info: ClipInfo, url: str | None) -> dict[str, Any]:

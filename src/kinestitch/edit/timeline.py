@@ -14,6 +14,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, SupportsIndex
 
 from kinestitch.core.resample import resampled_frames, same_rate
+from kinestitch.edit.pins import Pin, check_pins, sorted_pins
 from kinestitch.edit.retiming import Retiming
 from kinestitch.errors import MissingClipError, ParameterError, RangeError
 
@@ -206,15 +207,18 @@ class Timeline:
     segments : at least one
     seams : seam i lies between segments i and i + 1
     fps : the result's rate
+    pins : what single frames of the result have to show, in the order of these frames
 
-    Raises RangeError for no segment and for a segment outside its clip, MissingClipError for a segment of an unknown
-    clip, ParameterError for keys that occur twice, a wrong number of seams or fps ≤ 0.
+    Raises RangeError for no segment and for a segment outside its clip or a pin outside the result, MissingClipError
+    for a segment of an unknown clip, ParameterError for keys that occur twice, a wrong number of seams, fps ≤ 0 or two
+    pins that decide one thing in one frame.
     """
 
     clips: tuple[ClipInfo, ...]
     segments: tuple[Segment, ...]
     seams: tuple[Seam, ...]
     fps: float
+    pins: tuple[Pin, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("clips", "segments", "seams"):
@@ -227,6 +231,8 @@ class Timeline:
                 f"Expected one seam fewer than segments, got {len(self.seams)} seams and {len(self.segments)} segments."
             )
         self._check_segments()
+        object.__setattr__(self, "pins", sorted_pins(self.pins))
+        check_pins(self.pins, self.frames)
 
     def _check_segments(self) -> None:
         frames: dict[str, int] = {}

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
+from kinestitch.edit.pieces import with_bounds
 from kinestitch.edit.timeline import FrameRange, Segment, Timeline
 from kinestitch.errors import ParameterError
 from kinestitch.search.features import column_scales, place_features
@@ -116,4 +117,4 @@ def moved_seams(timeline: Timeline, moves: Sequence[tuple[int, int]]) -> Timelin
         Segment(segment.clip, FrameRange(segment.range.start + start, segment.range.stop + stop))
         for segment, start, stop in zip(timeline.segments, starts, stops, strict=True)
     )
-    return replace(timeline, segments=segments)
+    return with_bounds(timeline, segments)

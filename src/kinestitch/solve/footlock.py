@@ -124,7 +124,7 @@ class _Window:
         if not held.any():
             return held, {}
         ours, theirs = world_pose(self.motion), world_pose(self.cut)
-        now, placed = _foot_path(ours, leg), _foot_path(theirs, leg)
+        now, placed = foot_path(ours, leg), foot_path(theirs, leg)
         size, shortest = hip_height(self.motion.skeleton), round(SHORTEST * self.motion.fps)
         goal = wanted_path(
             placed, held, self.cluster, bounded=self.bounded, leg=size, blend=self.blend, shortest=shortest
@@ -142,7 +142,9 @@ class _Window:
             return goal.stands, {}
         pose = WorldPose(ours.positions[frames], ours.rotations[frames])
         stretch = np.linalg.norm(theirs.positions[frames, leg.foot] - theirs.positions[frames, leg.thigh], axis=-1)
-        local = _bend(pose, self.motion.rotations[frames], leg, offsets[frames], stretch, self.motion.skeleton.parents)
+        local = bent_leg(
+            pose, self.motion.rotations[frames], leg, offsets[frames], stretch, self.motion.skeleton.parents
+        )
         return goal.stands, {joint: (frames, values) for joint, values in local.items()}
 
     def _toe_offsets(self, leg: Leg) -> Array:
@@ -153,12 +155,12 @@ class _Window:
         return quat_to_rotvec(quat_multiply(there, quat_conjugate(here)))
 
 
-def _foot_path(pose: WorldPose, leg: Leg) -> FootPath:
+def foot_path(pose: WorldPose, leg: Leg) -> FootPath:
     pivot = leg.foot if leg.toe is None else leg.toe
     return FootPath(pose.positions[:, pivot], pose.rotations[:, leg.foot])
 
 
-def _bend(
+def bent_leg(
     pose: WorldPose, local: Array, leg: Leg, offsets: Array, stretch: Array, parents: tuple[int, ...]
 ) -> dict[int, Array]:
     """Local rotations of a leg's joints whose foot is moved and turned by `offsets`: (n, 10) m of the pivot, rad of the
@@ -171,7 +173,7 @@ def _bend(
     turned = rotvec_to_quat(offsets[:, 3:6])
     target = pose.positions[:, pivot] + offsets[:, :3] + quat_rotate(turned, ankle - pose.positions[:, pivot])
     target = within_reach(hip, knee, ankle, target, stretch)
-    first, second = _unlocked(pose, leg, offsets[:, 9])
+    first, second = unlocked(pose, leg, offsets[:, 9])
     bent_knee = hip + quat_rotate(first, knee - hip)
     by_thigh, by_shin = two_bone_ik(hip, bent_knee, bent_knee + quat_rotate(second, ankle - knee), target)
     by_thigh, by_shin = quat_multiply(by_thigh, first), quat_multiply(by_shin, second)
@@ -215,7 +217,7 @@ def within_reach(hip: Array, knee: Array, ankle: Array, target: Array, stretch: 
     return np.asarray(hip + (target - hip) * (reach / np.maximum(wanted, 1e-12))[:, None])
 
 
-def _unlocked(pose: WorldPose, leg: Leg, share: Array) -> tuple[Array, Array]:
+def unlocked(pose: WorldPose, leg: Leg, share: Array) -> tuple[Array, Array]:
     """World turns (n, 4) of thigh and shin that give a straight or overstretched knee a slight bend, `share` (n,) of
     it, in the plane in which this knee bends elsewhere.
     """

@@ -78,6 +78,11 @@ class Placed:
         """Number of frames of the result."""
         return self.starts[-1]
 
+    @property
+    def firm(self) -> tuple[int, ...]:
+        """The frames from which on the body is back on its own clip's path, so that no seam before them reaches on."""
+        return tuple(pin.frame for pin in self.timeline.pins if pin.kind == "return")
+
 
 def place_timeline(timeline: Timeline, clips: Mapping[str, Motion]) -> Placed:
     """Match rigs, resample, and give each segment the yaw and ground shift by which it continues its predecessor

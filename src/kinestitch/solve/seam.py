@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -50,11 +51,15 @@ class SeamPlace:
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """Seams whose windows overlap, solved together on the frames [start, stop) of the result."""
+    """Seams whose windows overlap, solved together on the frames [start, stop) of the result.
+
+    held : how many frames at the window's start and end have no correction, although a seam would reach them
+    """
 
     start: int
     stop: int
     seams: tuple[SeamPlace, ...]
+    held: tuple[int, int] = (0, 0)
 
     @property
     def frames(self) -> int:
@@ -67,11 +72,18 @@ class Cluster:
         return tuple(seam.frame - self.start for seam in self.seams)
 
 
-def clusters(places: Sequence[SeamPlace], frames: int) -> tuple[Cluster, ...]:
+_HELD = 3
+"""Frames without correction, and two intervals between them, that keep the two sides of a firm frame apart."""
+
+
+def clusters(places: Sequence[SeamPlace], frames: int, firm: Sequence[int] = ()) -> tuple[Cluster, ...]:
     """Group seams whose windows [m − reach, m + reach) overlap; windows end where the result of `frames` frames ends.
 
     A hard cut (λ = 0) has no window, but one inside another seam's window belongs to it: no correction crosses it.
+    firm : frames which no correction reaches and none crosses; the seams on their two sides are solved apart
     """
+    if firm:
+        return _between(places, frames, sorted(firm))
     spans = []
     for place in places:
         if place.stiffness > 0:
@@ -90,6 +102,18 @@ def clusters(places: Sequence[SeamPlace], frames: int) -> tuple[Cluster, ...]:
         Cluster(a, b, tuple(sorted([*found, *(p for p in hard if a < p.frame < b)], key=lambda p: p.frame)))
         for a, b, found in groups
     )
+
+
+def _between(places: Sequence[SeamPlace], frames: int, firm: Sequence[int]) -> tuple[Cluster, ...]:
+    """Clusters that end at firm frames: the last frames of a window, from the firm one on, or the first are held."""
+    found = []
+    for before, after in pairwise([-1, *firm, frames]):
+        for cluster in clusters([place for place in places if before < place.frame <= after], frames):
+            start = max(cluster.start, before - _HELD + 1, 0) if before >= 0 else cluster.start
+            stop = min(cluster.stop, after + _HELD, frames)
+            held = max(0, before + 1 - start), max(0, stop - after)
+            found.append(replace(cluster, start=start, stop=stop, held=held))
+    return tuple(found)
 
 
 def cluster_rows(cluster: Cluster, *, intervals: bool = False) -> Array:
@@ -115,17 +139,28 @@ def cluster_rows(cluster: Cluster, *, intervals: bool = False) -> Array:
     return rows
 
 
-def row_curves(rows: Array, places: Sequence[int]) -> Array:
+def row_curves(rows: Array, places: Sequence[int], held: tuple[int, int] = (0, 0)) -> Array:
     """Response of the correction to a unit residual in each of the named rows: ``(I + LᵀΛL)⁻¹ LᵀΛ`` columns (n, K).
 
     rows : (n,) Λ of the window, zero at its ends; a place whose row does not exist yields a zero column
+    held : frames at either end that have no correction, taken out of the system
     """
     count = len(rows)
     rhs = np.zeros((count, len(places)), order="F")
     for column, place in enumerate(places):
         if 0 < place < count - 1:
             rhs[place - 1 : place + 2, column] = rows[place] * np.array([1.0, -2.0, 1.0])
-    return solve_bands(normal_bands(rows), rhs)
+    return _solve_free(rows, rhs, held)
+
+
+def _solve_free(rows: Array, rhs: Array, held: tuple[int, int]) -> Array:
+    """``(I + LᵀΛL)⁻¹ rhs`` where the held rows at both ends are zero instead; `rhs` (n, K) is used up."""
+    if held == (0, 0):
+        return solve_bands(normal_bands(rows), rhs)
+    free = slice(held[0], len(rows) - held[1])
+    out = np.zeros(rhs.shape)
+    out[free] = solve_bands(normal_bands(rows)[:, free].copy(order="F"), rhs[free].copy(order="F"))
+    return out
 
 
 def seam_curves(cluster: Cluster) -> Array:
@@ -133,7 +168,7 @@ def seam_curves(cluster: Cluster) -> Array:
     (Eq. 7).
     """
     places = [place for m in cluster.local_frames for place in (m, m - 1)]
-    curves = row_curves(cluster_rows(cluster), places)
+    curves = row_curves(cluster_rows(cluster), places, cluster.held)
     curves[:, 1::2] *= -1.0
     return curves
 
@@ -155,7 +190,8 @@ def local_curves(cluster: Cluster) -> list[tuple[slice, Array]]:
         start, stop = max(0, m - reach), min(cluster.frames, m + reach)
         near = rows[start:stop].copy()
         near[0] = near[-1] = 0.0
-        curves = row_curves(near, [m - start, m - 1 - start])
+        held = max(0, cluster.held[0] - start), max(0, cluster.held[1] - (cluster.frames - stop))
+        curves = row_curves(near, [m - start, m - 1 - start], held)
         curves[:, 1] *= -1.0
         found.append((slice(start, stop), curves))
     return found
@@ -174,7 +210,12 @@ def displacement_correction(cluster: Cluster, residuals: Array) -> Array:
                 error[row] += value
     position = np.zeros((cluster.frames, residuals.shape[1]))
     rhs = transposed_second_difference(rows[:, None] * error)
-    np.cumsum(solve_bands(normal_bands(rows), rhs), axis=0, out=position[1:])
+    held = max(0, cluster.held[0] - 1), max(0, cluster.held[1] - 1)
+    steps = _solve_free(rows, rhs, held)
+    if held != (0, 0):  # what is held no longer sums up to zero by itself
+        share = _solve_free(rows, np.ones((len(rows), 1), order="F"), held)
+        steps -= share * (steps.sum(axis=0) / share.sum())
+    np.cumsum(steps, axis=0, out=position[1:])
     return position
 
 

@@ -26,6 +26,7 @@ class Solved:
     motion : the result; cut : the hard cut with the root placed; placed : the timeline as it was solved
     seams : where something was solved, with each seam's frame and λ; chart, method : the choices made
     unlocked, contacts : where feet were locked, the motion before that and the contacts that the result keeps
+    unpinned : where the timeline has pins, the motion before they were met
     """
 
     motion: Motion
@@ -36,6 +37,7 @@ class Solved:
     method: Method
     unlocked: Motion | None = None
     contacts: Contacts | None = None
+    unpinned: Motion | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

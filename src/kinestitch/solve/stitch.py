@@ -9,6 +9,8 @@ all joints in a chart; the ground path is solved on its displacements, height an
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
@@ -21,6 +23,9 @@ from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import METHODS, Method, Solved, SolvedWindow, as_motion
 from kinestitch.solve.window import solve_window
 
+if TYPE_CHECKING:
+    from kinestitch.solve.contacts import Contacts
+
 
 def stitch(
     timeline: Timeline, clips: Mapping[str, Motion], *, chart: Chart = "centred", method: Method = "laplacian"
@@ -30,19 +35,20 @@ def stitch(
     clips : a motion for every key the timeline uses; chart : ``centred`` or ``principal`` (as published)
     method : ``laplacian``, or ``cut`` for the hard cut with the root placed
 
-    Frames further than a seam's window (Eq. 8) from every seam are exactly those of their sources, rigidly placed.
+    Frames further than a seam's window (Eq. 8) from every seam are exactly those of their sources, rigidly placed, and
+    what pins of the timeline ask for is met after that.
 
-    Raises MissingClipError, SkeletonMismatchError, RangeError, ParameterError.
+    Raises MissingClipError, SkeletonMismatchError, RangeError, ParameterError (also for pins that cannot be met).
     """
     _check(chart, method)
     placed = place_timeline(timeline, clips)
     if method == "laplacian":
-        return solve_placed(with_automatic(placed), chart=chart)
-    return as_motion(placed, *target_window(placed, 0, placed.frames))
+        return _pinned(solve_placed(with_automatic(placed), chart=chart), placed)[0]
+    return _pinned(as_motion(placed, *target_window(placed, 0, placed.frames)), placed)[0]
 
 
 def solve_placed(placed: Placed, *, chart: Chart = "centred") -> Motion:
-    """The result of a timeline that stands placed, every seam with the λ that it has there."""
+    """The seams of a timeline that stands placed solved, every one with the λ that it has there; its pins are not."""
     rotations, translations = target_window(placed, 0, placed.frames)
     _solve_into(placed, rotations, translations, chart)
     return as_motion(placed, rotations, translations)
@@ -65,15 +71,29 @@ def solve_timeline(
     rotations, translations = target_window(placed, 0, placed.frames)
     cut = as_motion(placed, rotations.copy(), translations.copy())
     if method == "cut":
-        return Solved(cut, cut, placed, placed.seams, chart, method)
+        return _with_pins(Solved(cut, cut, placed, placed.seams, chart, method))
     _solve_into(placed, rotations, translations, chart)
     solved = Solved(as_motion(placed, rotations, translations), cut, placed, placed.seams, chart, method)
-    return _with_locked_feet(solved) if foot_lock else solved
+    return _with_pins(_with_locked_feet(solved) if foot_lock else solved)
+
+
+def _with_pins(solved: Solved) -> Solved:
+    """The pins met; feet that were locked stand where their path has been taken."""
+    if not solved.placed.timeline.pins:
+        return solved
+    motion, contacts = _pinned(solved.motion, solved.placed, solved.contacts)
+    return replace(solved, motion=motion, contacts=contacts, unpinned=solved.motion)
+
+
+def _pinned(motion: Motion, placed: Placed, contacts: Contacts | None = None) -> tuple[Motion, Contacts | None]:
+    if not placed.timeline.pins:
+        return motion, contacts
+    from kinestitch.solve.pins import pinned
+
+    return pinned(motion, placed, contacts)
 
 
 def _with_locked_feet(solved: Solved) -> Solved:
-    from dataclasses import replace
-
     from kinestitch.errors import SkeletonMismatchError
     from kinestitch.solve.footlock import locked
 
@@ -90,7 +110,7 @@ def solve_seam(placed: Placed, index: int, *, chart: Chart = "centred") -> Solve
     Raises ParameterError if the timeline has no such seam or nothing to solve there.
     """
     check_chart(chart)
-    for cluster in clusters(placed.seams, placed.frames):
+    for cluster in clusters(placed.seams, placed.frames, placed.firm):
         if any(seam.index == index for seam in cluster.seams):
             rotations, translations = target_window(placed, cluster.start, cluster.stop)
             solve_window(placed, cluster, rotations, translations, chart)
@@ -108,6 +128,6 @@ def _check(chart: str, method: str) -> None:
 
 
 def _solve_into(placed: Placed, rotations: Array, translations: Array, chart: Chart) -> None:
-    for cluster in clusters(placed.seams, placed.frames):
+    for cluster in clusters(placed.seams, placed.frames, placed.firm):
         here = slice(cluster.start, cluster.stop)
         solve_window(placed, cluster, rotations[here], translations[here], chart)
