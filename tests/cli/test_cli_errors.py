@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 
@@ -64,6 +65,7 @@ def test_damaged_clips(kinestitch, tmp_path, name):
     ):
         error = kinestitch(*words).error
         assert "xpected" in error, error
+        assert re.search(r"got .*[.;] [A-Z]", error), error  # and what to try
         assert name.replace("\n", " ") in error, error
         assert "fault of our own" not in error, error
         assert untouched(tmp_path), words
@@ -82,8 +84,8 @@ WRONG = [
     (("--replace", "-5:30", "kick.bvh"), "got '-5:30'"),
     (("--replace", "30:20", "kick.bvh"), "got 30:20"),
     (("--replace", "20:20", "kick.bvh"), "got 20:20"),
-    (("--replace", "20:61", "kick.bvh"), "within 0:60 of the timeline, got 20:61"),
-    (("--replace", "20:30", "kick.bvh@5:41"), "within 0:40 of clip 'kick', got 5:41"),
+    (("--replace", "20:61", "kick.bvh"), "within 0:60 of the timeline, got 20:61. Choose frames inside it"),
+    (("--replace", "20:30", "kick.bvh@5:41"), "within 0:40 of clip 'kick', got 5:41. Choose frames inside it"),
     (("--replace", "20:30", "kick.bvh@9:9"), "got 9:9"),
     (("--append", "kick.bvh@-5:"), "START:STOP behind kick.bvh@, such as 20:75, got '-5:'"),
     (("--append", "kick.bvh@3"), "got '3'"),

@@ -93,7 +93,7 @@ def _explain_system(error: OSError) -> str:
     if isinstance(error, FileNotFoundError):
         return f"Expected a file, got nothing of this name. Check the path.{place}"
     if isinstance(error, IsADirectoryError):
-        return f"Expected a file, got a folder.{place}"
+        return f"Expected a file, got a folder. Name a file in it.{place}"
     if isinstance(error, PermissionError):
         return f"Expected a file that you may use, got no permission. Change its owner or mode.{place}"
     return f"Expected to read or write, got: {error.strerror or error}.{place}"

@@ -25,7 +25,9 @@ def refuse_suffix(path: str, known: Iterable[str]) -> None:
     suffix = Path(path).suffix
     if suffix.lower() not in known:
         found = repr(suffix) if suffix else "no suffix"
-        raise UnsupportedFormatError(f"Expected an output that ends in {', '.join(known)}, got {found}. ({path})")
+        raise UnsupportedFormatError(
+            f"Expected an output that ends in {', '.join(known)}, got {found}. Choose one of these. ({path})"
+        )
 
 
 def check_output(path: str, inputs: Iterable[str], *, also: Iterable[str] = ()) -> None:

@@ -47,7 +47,7 @@ def resample(motion: Motion, fps: float) -> Motion:
     touched. Raises ParameterError for fps ≤ 0.
     """
     if not (math.isfinite(fps) and fps > 0):
-        raise ParameterError(f"Expected fps > 0, got {fps}.")
+        raise ParameterError(f"Expected fps > 0, got {fps}. Give frames a second, such as 30.")
     if same_rate(motion.fps, fps):
         return motion if motion.fps == fps else replace(motion, fps=fps)
     values = resampled_frames(motion.frames, motion.fps, fps) * motion.skeleton.joint_count

@@ -20,7 +20,10 @@ def check_range(timeline: Timeline, start: int, stop: int) -> FrameRange:
     """The range as a value; raises RangeError unless it is a non-empty one inside the timeline."""
     start, stop = whole(start, "a range's start"), whole(stop, "a range's stop")
     if not 0 <= start < stop <= timeline.frames:
-        raise RangeError(f"Expected a range start:stop within 0:{timeline.frames} of the timeline, got {start}:{stop}.")
+        raise RangeError(
+            f"Expected a range start:stop within 0:{timeline.frames} of the timeline, got {start}:{stop}. "
+            "Choose frames inside it; the stop frame itself is not part of a range."
+        )
     return FrameRange(start, stop)
 
 

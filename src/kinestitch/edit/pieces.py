@@ -53,7 +53,10 @@ def clip_piece(timeline: Timeline, clip: str, start: int | None = None, stop: in
     first = 0 if start is None else whole(start, "a clip's start")
     last = info.frames if stop is None else whole(stop, "a clip's stop")
     if not 0 <= first < last <= info.frames:
-        raise RangeError(f"Expected a range within 0:{info.frames} of clip {clip!r}, got {first}:{last}.")
+        raise RangeError(
+            f"Expected a range within 0:{info.frames} of clip {clip!r}, got {first}:{last}. "
+            "Choose frames inside it; the stop frame itself is not part of a range."
+        )
     new_start = resampled_bound(first, info.frames, info.fps, timeline.fps)
     new_stop = info.frames_at(timeline.fps)
     if stop is not None:

@@ -54,7 +54,9 @@ def format_of(path: str | os.PathLike[str]) -> Format:
             return entry
     known = ", ".join(s for entry in FORMATS for s in entry.suffixes)
     found = repr(suffix) if suffix else "no suffix"
-    raise UnsupportedFormatError(f"Expected a file that ends in {known}, got {found}. ({path})")
+    raise UnsupportedFormatError(
+        f"Expected a file that ends in {known}, got {found}. Convert it to one of these. ({path})"
+    )
 
 
 def _function(entry: Format, verb: str) -> Callable[..., Any]:
@@ -96,7 +98,7 @@ def read_recording(path: str | os.PathLike[str], *, isolated: bool = False, **op
 
 def _read(path: Path, entry: Format, verb: str, isolated: bool, options: dict[str, Any]) -> Any:
     if path.is_dir():
-        raise FormatError(f"Expected a file, got a folder. ({path})")
+        raise FormatError(f"Expected a file, got a folder. Name a file in it. ({path})")
     if isolated:
         from kinestitch.files.isolated import Isolated
 

@@ -157,7 +157,7 @@ def _timing(data: bytes, position: int) -> tuple[int, float, int]:
         raise FormatError(f"Line {line}: expected a number of frames, got {word[:24].decode('latin-1')!r}.")
     frames = int(word)
     if frames < 1:
-        raise FormatError(f"Line {line}: expected at least one frame, got {frames}.")
+        raise FormatError(f"Line {line}: expected at least one frame, got {frames}. Export it again.")
     line, position, word = _labelled(data, position, _FRAME_TIME, "Frame Time: and a number")
     try:
         seconds = float(word)

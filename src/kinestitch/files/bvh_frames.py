@@ -139,13 +139,16 @@ def _rows(block: bytes, line: int, columns: Columns) -> Array:
     if not good:
         below, place, token = bad_token(block) or (0, 0, "")
         label = columns.labels[place] if place < columns.count else f"value {place + 1}"
-        raise FormatError(f"Line {line + below}: expected a number for {label}, got {token!r}.")
+        raise FormatError(f"Line {line + below}: expected a number for {label}, got {token!r}. Export it again.")
     newlines = np.flatnonzero(np.frombuffer(block, dtype=np.uint8) == ord("\n"))
     counts = np.diff(np.searchsorted(starts, newlines), prepend=0, append=len(values))
     wrong = np.flatnonzero((counts != 0) & (counts != columns.count))
     if len(wrong):
         at = int(wrong[0])
-        raise FormatError(f"Line {line + at}: expected {columns.count} channel values, got {counts[at]}.")
+        raise FormatError(
+            f"Line {line + at}: expected {columns.count} channel values, got {counts[at]}. "
+            "The file may be cut short; export it again."
+        )
     return values.reshape(-1, columns.count)
 
 

@@ -35,7 +35,7 @@ class _Reader:
 
 
 def _fail(line: int, expected: str, got: str) -> FormatError:
-    return FormatError(f"Line {line}: expected {expected}, got {got}.")
+    return FormatError(f"Line {line}: expected {expected}, got {got}. Export it again.")
 
 
 def _statements(text: str) -> Iterator[tuple[int, list[str]]]:

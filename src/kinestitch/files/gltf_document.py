@@ -192,14 +192,14 @@ def load_document(path: Path) -> GltfDocument:
     """Read a .glb or .gltf file; what it really is decides, not its suffix. Raises FormatError, FileNotFoundError."""
     data = path.read_bytes()
     if not data:
-        raise FormatError("Expected a glTF file, got an empty one.")
+        raise FormatError("Expected a glTF file, got an empty one. Export it again.")
     if is_glb(data):
         container = parse_glb(data)
         document = GltfDocument(container.document, container.binary, path.parent, container.chunks)
     elif data[:64].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         document = GltfDocument(parse_json(data.removeprefix(b"\xef\xbb\xbf")), None, path.parent)
     else:
-        raise FormatError(f"Expected a GLB file or JSON, got bytes that begin with {data[:8]!r}.")
+        raise FormatError(f"Expected a GLB file or JSON, got bytes that begin with {data[:8]!r}. Check the suffix.")
     version = text(child(document.json, "asset"), "version", "")
     if not version.startswith("2."):
         raise FormatError(f"Expected glTF 2.0, got version {version[:20]!r}.")
