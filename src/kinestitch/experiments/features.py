@@ -143,7 +143,7 @@ def _stands(line: Timeline, clips: Clips) -> tuple[Contacts, Contacts]:
 def _numbers(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
     """A result's values of ``MEASURES`` at one seam."""
     motion, placed = made.motion, made.placed
-    usual = replace(seam, stiffness=Seam(smoothing=DEFAULT_SMOOTHING).lambda_at(motion.fps))
+    usual = SeamPlace(seam.index, seam.frame, Seam(smoothing=DEFAULT_SMOOTHING).lambda_at(motion.fps))
     reach = round(REACH * motion.fps)
     bend, turn = added_acceleration(motion, placed, seam, reach), added_velocity(motion, placed, seam, reach)
     mean, largest = np.degrees(deviation(motion, made.cut, seam.frame, reach))
