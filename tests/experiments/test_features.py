@@ -57,7 +57,8 @@ def test_a_hard_cut_changes_nothing_and_pops(small: f.Survey):
 
 def test_a_price_belongs_to_the_cut_and_falls_by_snapping(small: f.Survey):
     for cuts in f.CUTS:
-        prices = [small.of(cuts, row, "price") for row in f.FEATURES]
+        stays = [row for row in f.FEATURES if row not in {"steps aligned", "everything on"}]
+        prices = [small.of(cuts, row, "price") for row in stays]
         assert all(np.array_equal(prices[0], price) for price in prices)
     assert np.median(small.of("snapped", "solved", "price")) < np.median(small.of("random", "solved", "price"))
 

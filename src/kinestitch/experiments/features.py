@@ -25,6 +25,7 @@ from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Timeline
 from kinestitch.experiments.seams import DATA_SETS, random_cut, random_replacement, read_clips
 from kinestitch.experiments.trade_off import near_seam
 from kinestitch.rig.hips import hips_joint
+from kinestitch.search.align import align_phase
 from kinestitch.search.snap import snap
 from kinestitch.solve.contacts import Contacts
 from kinestitch.solve.energy import seam_price
@@ -42,6 +43,9 @@ Feature = Callable[[Timeline, Clips], Solved]
 SNAP = 0.2
 """s by which a snapped cut may move on each side."""
 
+ALIGN = 0.5
+"""s by which a cut between steps may move to where they meet."""
+
 FADE = 0.2
 """s on each side that the crossfade takes."""
 
@@ -57,12 +61,23 @@ def _faded(line: Timeline, clips: Clips) -> Solved:
     return replace(cut, motion=crossfade(cut.placed, max(1, round(FADE * line.fps))))
 
 
+def _automatic(line: Timeline) -> Timeline:
+    return replace(line, seams=(Seam(automatic=True),) * len(line.seams))
+
+
+def _aligned(line: Timeline, clips: Clips) -> Timeline:
+    return align_phase(line, clips, ALIGN).timeline
+
+
 FEATURES: Mapping[str, Feature] = MappingProxyType(
     {
         "hard cut": lambda line, clips: solve_timeline(line, clips, method="cut"),
         "crossfade": _faded,
         "solved": lambda line, clips: solve_timeline(line, clips, foot_lock=False),
         "solved, feet locked": lambda line, clips: solve_timeline(line, clips, foot_lock=True),
+        "automatic": lambda line, clips: solve_timeline(_automatic(line), clips, foot_lock=False),
+        "steps aligned": lambda line, clips: solve_timeline(_aligned(line, clips), clips, foot_lock=False),
+        "everything on": lambda line, clips: solve_timeline(_automatic(_aligned(line, clips)), clips, foot_lock=True),
     }
 )
 """One row each; the last one has everything on."""
@@ -119,36 +134,27 @@ def measure(
     line: Timeline, clips: Clips, features: Mapping[str, Feature] = FEATURES
 ) -> tuple[dict[str, list[list[float]]], tuple[int, int]]:
     """All rows at every seam of one timeline, and how many of how many contacts near the seams the lock gives up."""
-    found: dict[str, list[list[float]]] = {}
-    stands = {line: _stands(line, clips)}
-    for name, make in features.items():
-        made = make(line, clips)
-        timeline = made.placed.timeline
+    made = {name: make(line, clips) for name, make in features.items()}
+    stands = {one.placed.timeline: one.contacts for one in made.values() if one.contacts is not None}
+    for timeline in [line, *(one.placed.timeline for one in made.values())]:
         if timeline not in stands:
-            stands[timeline] = _stands(timeline, clips)
-        kept = stands[timeline][1]
-        if SOURCES not in found:
-            found[SOURCES] = [_own(made, seam, kept) for seam in made.placed.seams]
-        found[name] = [_numbers(made, seam, kept) for seam in made.placed.seams]
-    return found, _given_up(place_timeline(line, clips), *stands[line])
-
-
-def _stands(line: Timeline, clips: Clips) -> tuple[Contacts, Contacts]:
-    """The contacts of the sources, and those of them that locked feet keep: all rows slide over the same frames."""
-    solved = solve_timeline(line, clips, foot_lock=False)
-    found = placed_contacts(solved.placed)
-    return found, locked(solved, found).contacts
+            stands[timeline] = locked(solve_timeline(timeline, clips, foot_lock=False)).contacts
+    first = next(iter(made.values()))
+    found = {SOURCES: [_own(first, seam, stands[first.placed.timeline]) for seam in first.placed.seams]}
+    for name, one in made.items():
+        found[name] = [_numbers(one, seam, stands[one.placed.timeline]) for seam in one.placed.seams]
+    return found, _given_up(place_timeline(line, clips), stands[line])
 
 
 def _numbers(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
     """A result's values of ``MEASURES`` at one seam."""
     motion, placed = made.motion, made.placed
-    usual = replace(seam, stiffness=Seam(smoothing=DEFAULT_SMOOTHING).lambda_at(motion.fps))
+    usual = SeamPlace(seam.index, seam.frame, Seam(smoothing=DEFAULT_SMOOTHING).lambda_at(motion.fps))
     reach = round(REACH * motion.fps)
     bend, turn = added_acceleration(motion, placed, seam, reach), added_velocity(motion, placed, seam, reach)
     mean, largest = np.degrees(deviation(motion, made.cut, seam.frame, reach))
     return [
-        seam_price(placed, usual),
+        seam_price(replace(placed, groups=()), usual),
         bend.peak,
         turn.peak,
         float(mean),
@@ -184,12 +190,12 @@ def _skate(motion: Motion, contacts: Contacts, frame: int, leave_out: Sequence[i
     return 100 * slide_in_contact(window, held, leave_out=inside)
 
 
-def _given_up(placed: Placed, found: Contacts, kept: Contacts) -> tuple[int, int]:
+def _given_up(placed: Placed, kept: Contacts) -> tuple[int, int]:
     reach = round(REACH * placed.timeline.fps)
     near = np.zeros(placed.frames, dtype=bool)
     for seam in placed.seams:
         near[max(0, seam.frame - reach) : seam.frame + reach] = True
-    before, after = (int(contacts.held[near].sum()) for contacts in (found, kept))
+    before, after = (int(contacts.held[near].sum()) for contacts in (placed_contacts(placed), kept))
     return before - after, before
 
 

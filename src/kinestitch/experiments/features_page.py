@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from kinestitch.core.rotation import Array
-from kinestitch.experiments.features import CUTS, FADE, REACH, SNAP, SOURCES, Survey
+from kinestitch.experiments.features import ALIGN, CUTS, FADE, REACH, SNAP, SOURCES, Survey
 
 HEADS: Mapping[str, str] = MappingProxyType(
     {
@@ -43,8 +43,14 @@ _LEAST = ("kept", "survived")  # measures of which less is worse
 _INTRODUCTION = """# What each feature does to a seam
 
 Made by `python -m kinestitch.experiments.features`; no figure on this page is typed in. {seams} random {draw} for each
-data set (seed {seed}), the same in every row. *Snapped*: each side of the cut moved by up to {snap:g} s to where the
-seam is cheapest. *Crossfade*: {fade:g} s on each side. Feet are locked as [feet.md](feet.md) says.
+data set (seed {seed}), the same in every row.
+
+- *Snapped*: each side of the cut moved by up to {snap:g} s to where the seam is cheapest.
+- *Crossfade*: {fade:g} s on each side. *Solved*: at the default smoothing time. *Automatic*: each seam takes the time
+  that its clips allow. Feet are locked as [feet.md](feet.md) says.
+- *Steps aligned*: where both clips walk or run, the cut has moved by up to {align:g} s to where their steps meet; then
+  as solved.
+- *Everything on*: steps aligned, automatic, feet locked.
 
 Everything is measured within {reach:g} s of the seam on each side, but for the dynamics kept, which are measured within
 the visible reach of the default smoothing time. A cell has the median and the 95th percentile over the seams; for
@@ -70,7 +76,7 @@ _ABOUT_AIMS = (
 def as_markdown(surveys: Sequence[Survey], *, seed: int, draw: str = "cuts") -> str:
     """The whole document."""
     seams = len(next(iter(surveys[0].values[next(iter(CUTS))].values())))
-    told = {"seams": seams, "draw": draw, "seed": seed, "snap": SNAP, "fade": FADE, "reach": REACH}
+    told = {"seams": seams, "draw": draw, "seed": seed, "snap": SNAP, "align": ALIGN, "fade": FADE, "reach": REACH}
     out = [_INTRODUCTION.format(**told).rstrip("\n"), ""]
     for survey in surveys:
         out += [f"## {survey.name}", "", f"{survey.clips} clips, {survey.joints} joints, {survey.fps:g} fps.", ""]
