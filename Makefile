@@ -46,6 +46,7 @@ docs: $(READY)  ## the pictures, from the samples; and the tables, from the real
 	$(BIN)/python docs/make_pictures.py
 	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams features retargeting; do \
 	$(BIN)/python -m kinestitch.experiments.$$table "$$KINESTITCH_DATA" -o docs/$$table.md || exit 1; done; \
+	$(BIN)/python -m kinestitch.experiments.phase "$$KINESTITCH_DATA" -o docs/time.md || exit 1; \
 	else echo "KINESTITCH_DATA is not set: the tables in docs stay as they are"; fi
 
 videos: $(READY)  ## the samples' edits as videos, and stills around their seams, in the folder videos/

@@ -7,19 +7,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kinestitch as ks
 from kinestitch.analysis.plots import plot_costs, plot_joint, save_figure
 from kinestitch.cli.demo import CUT, PASTED
 from kinestitch.core.kinematics import world_pose
+from kinestitch.core.retime import time_map
 from kinestitch.edit.timeline import Timeline
 from kinestitch.render.filmstrip import filmstrip
 from kinestitch.render.paint import Stretch
 from kinestitch.render.video import Film, film, pictures
 from kinestitch.samples import SAMPLE_NAMES
+from kinestitch.search.align import align_phase
 from kinestitch.search.price import best_cuts, price_map
-from kinestitch.solve.contacts import legs_of, runs
+from kinestitch.search.warp import warp_steps
+from kinestitch.solve.contacts import find_contacts, legs_of, runs
 from kinestitch.solve.footlock import locked, placed_contacts
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
@@ -150,11 +154,48 @@ def feet(folder: Path) -> None:
     save_figure(figure, folder / "feet.png")
 
 
+def steps(folder: Path) -> None:
+    """When the feet stand around a walk that becomes a run, as cut and aligned; and how fast clips play when warped."""
+    clips = {name: ks.sample(name) for name in ("walk", "run")}
+
+    def cut(out: int, into: int) -> Timeline:
+        return ks.append(ks.delete(ks.timeline(clips, "walk"), out, clips["walk"].frames), "run", into)
+
+    figure = Figure(figsize=(8.0, 4.6), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True, height_ratios=(2, 2, 3))
+    lines = {"as cut": cut(110, 40), "steps aligned": align_phase(cut(110, 40), clips, 0.3).timeline}
+    for axes, (label, line) in zip(panels, lines.items(), strict=False):
+        motion = ks.solve_timeline(line, clips, foot_lock=True).motion
+        found = find_contacts(motion)
+        for row, leg in enumerate(legs_of(motion.skeleton)):
+            for start, stop in runs(found.of(leg.foot, leg.toe)):
+                times = (np.array([start, stop - 1]) - line.starts[1]) / line.fps
+                axes.plot(times, [row, row], color=COLOURS[row], linewidth=8, solid_capstyle="butt")
+        axes.set(ylim=(-0.6, 1.6), yticks=(0, 1), yticklabels=("left", "right"), title=label)
+    _plot_speeds(panels[2], warp_steps(cut(90, 50), clips, 0.2).timeline)
+    for axes in panels:
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.axvline(0.0, color="#882255", linewidth=0.8, linestyle="--")
+    panels[2].set(xlim=(-1.4, 1.4), xlabel="s from the seam (bars: a foot stands)", ylabel="speed")
+    panels[2].set_title("another cut, time bent within 0.2")
+    panels[2].legend(frameon=False)
+    save_figure(figure, folder / "steps.png")
+
+
+def _plot_speeds(axes: Axes, line: Timeline) -> None:
+    for segment, start, colour in zip(line.segments, line.starts, COLOURS[::2], strict=False):
+        info = line.clip(segment.clip)
+        times = np.arange(segment.range.start, segment.range.stop) / line.fps
+        speed = np.diff(times if info.retiming is None else time_map(info.retiming.knots, times)) * line.fps
+        axes.plot((np.arange(len(speed)) + 0.5 + start - line.starts[1]) / line.fps, speed, color=colour)
+        axes.plot([], [], color=colour, label=info.source)
+
+
 def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet):
+    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps):
         draw(folder)
 
 
