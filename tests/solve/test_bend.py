@@ -78,7 +78,9 @@ def test_no_neighbour_that_meets_the_waypoints_costs_less(case, seed):
     zeta = solved(path, aims, started)
     rng = np.random.default_rng(seed)
     smooth = np.linspace(0, 6, len(path))
-    change = sum(rng.normal() * np.sin(k * smooth / 2) + 1j * rng.normal() * np.sin(k * smooth / 3) for k in range(1, 7))
+    change = sum(
+        rng.normal() * np.sin(k * smooth / 2) + 1j * rng.normal() * np.sin(k * smooth / 3) for k in range(1, 7)
+    )
     change[-1] = 1j * change[-1].imag
     change[0] = change[0].real if not started else 0.0
     moved = np.exp(between(zeta)) * np.diff(path)
@@ -151,4 +153,6 @@ def test_aims_between_which_nothing_moves_are_one():
     goal = path[-1] + 0.2j
     found = solved(path, [Aim(105, goal, np.inf), Aim(115, goal, np.inf)], False)
     assert np.abs(bent_path(path, found)[[105, 115]] - goal).max() < 1e-9
-    assert bend(path, [Aim(105, goal, np.inf), Aim(115, goal + 1, np.inf)], FPS, np.full(121, 0.3), started=False) is None
+    assert (
+        bend(path, [Aim(105, goal, np.inf), Aim(115, goal + 1, np.inf)], FPS, np.full(121, 0.3), started=False) is None
+    )

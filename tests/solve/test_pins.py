@@ -76,7 +76,12 @@ def test_behind_the_last_pin_everything_rides_along():
     steps, own = np.diff(places(motion)[100:], axis=0), np.diff(places(PLAIN)[100:], axis=0)
     yaw = facing(motion, 100) - facing(PLAIN, 100)
     turned = np.stack(
-        [np.cos(yaw) * own[:, 0] + np.sin(yaw) * own[:, 2], own[:, 1], np.cos(yaw) * own[:, 2] - np.sin(yaw) * own[:, 0]], 1
+        [
+            np.cos(yaw) * own[:, 0] + np.sin(yaw) * own[:, 2],
+            own[:, 1],
+            np.cos(yaw) * own[:, 2] - np.sin(yaw) * own[:, 0],
+        ],
+        1,
     )
     assert np.abs(steps - turned).max() < 1e-12
 
@@ -201,7 +206,10 @@ def test_a_turned_world_gives_the_same_motion_turned(yaw, shift, which):
 @pytest.mark.parametrize(
     ("pins", "words"),
     [
-        ([Pin("position", 80, (0.3, 2.9, 1.9), "LeftHand")], r"0.\d+ m from 'mixamorig:LeftArm' for LeftHand@80.* away"),
+        (
+            [Pin("position", 80, (0.3, 2.9, 1.9), "LeftHand")],
+            r"0.\d+ m from 'mixamorig:LeftArm' for LeftHand@80.* away",
+        ),
         ([Pin("position", 80, (0.3, 2.9, 1.9), "Head")], r"can reach from the hips for Head@80"),
         ([Pin("position", 80, (0.3, 1.0, 1.9), "Hips")], "Use a root pin"),
         ([Pin("position", 80, (0.3, 1.3, 1.9), "LeftHnd")], r"name of a joint for LeftHnd@80.*'LeftHnd'.*LeftHand"),

@@ -53,7 +53,9 @@ def test_each_stance_is_the_clips_own_turned_and_moved_as_a_whole(pins):
         for start, stop in runs(planted.contacts.of(leg.foot, leg.toe)):
             after, before = (pose.positions[start:stop, [leg.foot, leg.toe]] for pose in (ours, theirs))
             assert np.abs(after[..., 1] - before[..., 1]).max() < 3e-3
-            apart = [np.linalg.norm(side.reshape(-1, 1, 3) - side.reshape(1, -1, 3), axis=-1) for side in (after, before)]
+            apart = [
+                np.linalg.norm(side.reshape(-1, 1, 3) - side.reshape(1, -1, 3), axis=-1) for side in (after, before)
+            ]
             assert np.abs(apart[0] - apart[1]).max() < 3e-3
             checked += 1
     assert checked > 5

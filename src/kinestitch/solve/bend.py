@@ -129,19 +129,15 @@ class _System:
         What a constraint's own bend adds to the energy's is taken in where it stiffens: a path under tension, like a
         string, is harder to turn, one that is pushed together harder to shorten.
         """
-        rows = self.rows(zeta)
-        tension = self._tension(zeta, force)
+        rows, tension = self.rows(zeta), self._tension(zeta, force)
         bands = [
             eliminated(_stiffened(own, pull), fixed)
             for own, pull, fixed in zip(self.bands, (-tension, tension), self.fixed, strict=True)
         ]
-        curves = self._responses(bands, rows)
-        back = self._responses(
-            bands,
-            [banded_product(own, part[:, None]) for own, part in zip(self.bands, (zeta.real, zeta.imag), strict=True)],
-        )
-        gap = self._real(wanted - self._values(zeta)) + sum(row.T @ part[:, 0] for row, part in zip(rows, back))
-        system = give + sum(row.T @ curve for row, curve in zip(rows, curves))
+        spent = [banded_product(own, part[:, None]) for own, part in zip(self.bands, _parts(zeta), strict=True)]
+        curves, back = self._responses(bands, rows), self._responses(bands, spent)
+        gap = self._real(wanted - self._values(zeta)) + _product(rows, back)[:, 0]
+        system = give + _product(rows, curves)
         size = np.sqrt(np.maximum(np.diag(system), 1e-30))  # aims between which nothing moves are one and the same
         force = np.linalg.lstsq(system / size / size[:, None], gap / size, rcond=None)[0] / size
         real, imaginary = (curve @ force - part[:, 0] for curve, part in zip(curves, back, strict=True))
@@ -169,7 +165,7 @@ class _System:
         weight w, alone, goes w / (w + 1) of the way.
         """
         rows = self.rows(np.zeros(len(self.steps) + 1, dtype=np.complex128))
-        lone = sum(row.T @ curve for row, curve in zip(rows, self._responses(self.bands, rows), strict=True))
+        lone = _product(rows, self._responses(self.bands, rows))
         owner = np.repeat(np.arange(len(self.aims)), [1 if aim.is_heading else 2 for aim in self.aims])
         weights = np.array([aim.weight for aim in self.aims])
         return np.where(owner[:, None] == owner, lone / weights[owner], 0.0)
@@ -191,8 +187,8 @@ class _System:
     def _responses(self, bands: Sequence[Array], values: Sequence[Array]) -> Pair[Array]:
         """σ and ψ (n + 1, R) that belong to right-hand sides of these systems."""
         found = []
-        for own, rhs, fixed in zip(bands, values, self.fixed, strict=True):
-            rhs = np.array(rhs, order="F")
+        for own, value, fixed in zip(bands, values, self.fixed, strict=True):
+            rhs = np.array(value, order="F")
             rhs[fixed] = 0.0
             found.append(solve_bands(own.copy(order="F"), rhs))
         return found[0], found[1]
@@ -206,6 +202,15 @@ class _System:
         for aim, value in zip(self.aims, values, strict=True):
             parts += [value.real] if aim.is_heading else [value.real, value.imag]
         return np.array(parts)
+
+
+def _parts(zeta: Complex) -> Pair[Array]:
+    return zeta.real, zeta.imag
+
+
+def _product(rows: Pair[Array], columns: Pair[Array]) -> Array:
+    """What rows (n + 1, R) say of σ and ψ (n + 1, K): (R, K)."""
+    return np.asarray(rows[0].T @ columns[0] + rows[1].T @ columns[1])
 
 
 def _stiffened(bands: Array, pull: Array) -> Array:
