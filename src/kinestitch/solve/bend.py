@@ -53,15 +53,15 @@ def bend(path: Complex, aims: Sequence[Aim], fps: float, smoothing: Array, *, st
     """How a path (n + 1,) m is bent so that it passes its aims: ζ (n + 1,) of each frame (Eq. 32, 33), zero turn at its
     first one; None where the steps do not settle.
 
-    aims : on frames 1 to n; smoothing : (n + 1,) s, τ of each frame
+    aims : on frames 1 to n, waypoints in time; smoothing : (n + 1,) s, τ of each frame
     started : whether frames come before the first one, whose heading the path takes over smoothly
     """
     steps = np.diff(path)
     fixed = np.array([0, len(steps)] if started else [len(steps)]), np.array([0])
-    system = _System(steps, tuple(aims), fixed, _bands(steps, fps, smoothing, fixed))
+    spans, wanted = _between_waypoints(path[0], aims)
+    system = _System(steps, tuple(aims), spans, fixed, _bands(steps, fps, smoothing, fixed))
     zeta, force = np.zeros(len(path), dtype=np.complex128), np.zeros(0)
     give = system.give()
-    wanted = np.array([aim.value if aim.is_heading else aim.value - path[0] for aim in aims])
     scale = 1.0 + float(np.abs(steps).sum())
     for _ in range(_STEPS):
         change, force = system.step(zeta, force, wanted, give)
@@ -80,6 +80,17 @@ def bent_path(path: Complex, zeta: Complex) -> Complex:
 def between(zeta: Complex) -> Complex:
     """ζ (n,) of the intervals between frames."""
     return (zeta[1:] + zeta[:-1]) / 2
+
+
+def _between_waypoints(start: complex, aims: Sequence[Aim]) -> tuple[tuple[slice, ...], Complex]:
+    """The intervals from each waypoint to the next, and the way over them; of a heading, nothing and its turn."""
+    spans, wanted, frame = [], [], 0
+    for aim in aims:
+        spans.append(slice(0) if aim.is_heading else slice(frame, aim.frame))
+        wanted.append(aim.value if aim.is_heading else aim.value - start)
+        if not aim.is_heading:
+            frame, start = aim.frame, aim.value
+    return tuple(spans), np.array(wanted, dtype=np.complex128)
 
 
 def _bands(steps: Complex, fps: float, smoothing: Array, fixed: Pair[Frames]) -> Pair[Array]:
@@ -114,11 +125,14 @@ def _slowness(steps: Complex, fps: float) -> Array:
 @dataclass(frozen=True, eq=False, slots=True)
 class _System:
     """The energy of a bend as bands of σ and of ψ, and its aims as rows, linear in real numbers: two a waypoint (z and
-    x), one a heading. fixed : frames whose σ or ψ is given, and zero
+    x), one a heading. Waypoints count from the one before, so that near ones stay apart in numbers too.
+
+    fixed : frames whose σ or ψ is given, and zero
     """
 
     steps: Complex
     aims: tuple[Aim, ...]
+    spans: tuple[slice, ...]
     fixed: Pair[Frames]
     bands: Pair[Array]
 
@@ -147,15 +161,15 @@ class _System:
         """Derivatives (n + 1, R) of all aims by σ and by ψ."""
         moved = np.exp(between(zeta)) * self.steps / 2
         by_scale, by_turn = [], []
-        for aim in self.aims:
+        for aim, span in zip(self.aims, self.spans, strict=True):
             at = np.zeros(len(zeta), dtype=np.complex128)
             if aim.is_heading:
                 at[aim.frame] = 1.0
                 by_scale.append(np.zeros(len(zeta)))
                 by_turn.append(at.real)
             else:
-                at[: aim.frame] = moved[: aim.frame]
-                at[1 : aim.frame + 1] += moved[: aim.frame]
+                at[span] = moved[span]
+                at[span.start + 1 : span.stop + 1] += moved[span]
                 by_scale += [at.real, at.imag]
                 by_turn += [-at.imag, at.real]
         return np.stack(by_scale, axis=1), np.stack(by_turn, axis=1)
@@ -165,22 +179,29 @@ class _System:
         weight w, alone, goes w / (w + 1) of the way.
         """
         rows = self.rows(np.zeros(len(self.steps) + 1, dtype=np.complex128))
-        lone = _product(rows, self._responses(self.bands, rows))
-        owner = np.repeat(np.arange(len(self.aims)), [1 if aim.is_heading else 2 for aim in self.aims])
-        weights = np.array([aim.weight for aim in self.aims])
-        return np.where(owner[:, None] == owner, lone / weights[owner], 0.0)
+        owner, part, weight = np.array(
+            [
+                (index, -index if aim.is_heading else axis, aim.weight)
+                for index, aim in enumerate(self.aims, start=3)
+                for axis in ((0,) if aim.is_heading else (1, 2))
+            ]
+        ).T
+        sums = np.tril(part[:, None] == part).astype(np.float64)  # from ways between waypoints to ways from the start
+        lone = sums @ _product(rows, self._responses(self.bands, rows)) @ sums.T
+        apart = np.linalg.inv(sums)
+        return np.asarray(apart @ np.where(owner[:, None] == owner, lone / weight, 0.0) @ apart.T)
 
     def missed(self, zeta: Complex, wanted: Complex) -> float:
-        """The largest distance of an exact aim in m or rad."""
+        """By how much the way to an exact aim from the one before it is missed at most, m or rad."""
         gaps = np.abs(wanted - self._values(zeta))
         return float(gaps[[aim.weight == np.inf for aim in self.aims]].max(initial=0.0))
 
     def _tension(self, zeta: Complex, force: Array) -> Array:
         """The pull (n,) along each step of the path that the forces on the waypoints behind it make."""
         pull, row = np.zeros(len(self.steps), dtype=np.complex128), 0
-        for aim in self.aims if len(force) else ():
+        for aim, span in zip(self.aims, self.spans, strict=True) if len(force) else ():
             if not aim.is_heading:
-                pull[: aim.frame] += force[row] + 1j * force[row + 1]
+                pull[span] = force[row] + 1j * force[row + 1]
             row += 1 if aim.is_heading else 2
         return np.asarray((pull.conj() * np.exp(between(zeta)) * self.steps).real)
 
@@ -194,8 +215,13 @@ class _System:
         return found[0], found[1]
 
     def _values(self, zeta: Complex) -> Complex:
-        way = np.concatenate([[0.0], np.cumsum(np.exp(between(zeta)) * self.steps)])
-        return np.array([zeta[aim.frame].imag if aim.is_heading else way[aim.frame] for aim in self.aims])
+        moved = np.exp(between(zeta)) * self.steps
+        return np.array(
+            [
+                zeta[aim.frame].imag if aim.is_heading else moved[span].sum()
+                for aim, span in zip(self.aims, self.spans, strict=True)
+            ]
+        )
 
     def _real(self, values: Complex) -> Array:
         parts: list[float] = []
