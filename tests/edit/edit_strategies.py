@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
+from kinestitch.edit.pins import Pin
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, Timeline
 
@@ -22,6 +23,42 @@ def seams() -> st.SearchStrategy[Seam]:
         size.map(lambda x: Seam(stiffness=x)),
         st.floats(0, 5).map(lambda x: Seam(smoothing=x)),
     )
+
+
+def pinned_labels(timeline: Timeline) -> list[tuple[tuple[str, int], tuple[Pin, ...]]]:
+    """The labels, each with the pins of its frame, these told without the frame."""
+    from dataclasses import replace
+
+    pins: dict[int, list[Pin]] = {}
+    for pin in timeline.pins:
+        pins.setdefault(pin.frame, []).append(replace(pin, frame=0))
+    return [(label, tuple(pins.get(frame, ()))) for frame, label in enumerate(labels(timeline))]
+
+
+@st.composite
+def pins(draw: st.DrawFn, frames: int) -> Pin:
+    """A pin of any kind on one of so many frames."""
+    frame = draw(st.integers(0, frames - 1))
+    number = st.floats(-1e6, 1e6)
+    weight = draw(st.just(float("inf")) | st.floats(1e-6, 1e6))
+    smoothing = draw(st.none() | st.floats(1e-3, 5))
+    kind = draw(st.sampled_from(["root", "heading", "waypoint", "return", "position", "rotation"]))
+    if kind == "return":
+        return Pin(kind, frame, smoothing=smoothing or 1.0)
+    joint = draw(st.sampled_from(["LeftHand", "mixamorig:Head"])) if kind in ("position", "rotation") else None
+    count = {"root": 3, "heading": 1, "waypoint": 2, "position": 3}.get(kind)
+    unit = st.sampled_from([(0.0, 0.0, 0.6, 0.8), (0.5, -0.5, 0.5, 0.5), (1 / 3, 2 / 3, 2 / 3, 0.0)])
+    target = draw(unit) if count is None else tuple(draw(number) for _ in range(count))
+    return Pin(kind, frame, target, joint, weight, smoothing)
+
+
+def agreeing(found: list[Pin]) -> tuple[Pin, ...]:
+    """Without those that decide what one before them decides."""
+    kept: list[Pin] = []
+    for pin in found:
+        if not any(pin.frame == other.frame and pin.fixes & other.fixes for other in kept):
+            kept.append(pin)
+    return tuple(kept)
 
 
 @st.composite
@@ -61,7 +98,9 @@ def timelines(draw: st.DrawFn, *, most_frames: int = 40, rates: tuple[float, ...
 
     count = draw(st.integers(1, 5))
     segments = tuple(segment(draw(st.sampled_from(clips))) for _ in range(count))
-    return Timeline(clips, segments, tuple(draw(seams()) for _ in range(count - 1)), fps)
+    frames = sum(map(len, segments))
+    pinned = agreeing(draw(st.lists(pins(frames), max_size=3)))
+    return Timeline(clips, segments, tuple(draw(seams()) for _ in range(count - 1)), fps, pinned)
 
 
 def spans(timeline: Timeline) -> st.SearchStrategy[tuple[int, int]]:

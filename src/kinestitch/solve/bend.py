@@ -14,15 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinestitch.core.rotation import Array
 from kinestitch.solve.laplacian import normal_bands, solve_bands
-from kinestitch.solve.pinned import Frames, eliminated
+from kinestitch.solve.pinned import Frames, banded_product, eliminated
 
 Complex = NDArray[np.complex128]
+
+T = TypeVar("T")
+Pair = tuple[T, T]
 
 PATIENCE = 0.5
 """T in s: how dear a turn is beside a change of the steps' length."""
@@ -49,18 +53,18 @@ def bend(path: Complex, aims: Sequence[Aim], fps: float, smoothing: Array, *, st
     """How a path (n + 1,) m is bent so that it passes its aims: ζ (n + 1,) of each frame (Eq. 32, 33), zero turn at its
     first one; None where the steps do not settle.
 
-    aims : on frames 1 to n; smoothing : (n + 1,) s, τ of each frame
+    aims : on frames 1 to n, waypoints in time; smoothing : (n + 1,) s, τ of each frame
     started : whether frames come before the first one, whose heading the path takes over smoothly
     """
     steps = np.diff(path)
-    fixed = np.array([0, len(steps)] if started else [len(steps)])
-    system = _System(steps, tuple(aims), fixed, *_bands(steps, fps, smoothing, fixed))
-    zeta = np.zeros(len(path), dtype=np.complex128)
+    fixed = np.array([0, len(steps)] if started else [len(steps)]), np.array([0])
+    spans, wanted = _between_waypoints(path[0], aims)
+    system = _System(steps, tuple(aims), spans, fixed, _bands(steps, fps, smoothing, fixed))
+    zeta, force = np.zeros(len(path), dtype=np.complex128), np.zeros(0)
     give = system.give()
-    wanted = np.array([aim.value if aim.is_heading else aim.value - path[0] for aim in aims])
     scale = 1.0 + float(np.abs(steps).sum())
     for _ in range(_STEPS):
-        change = system.next(zeta, wanted, give) - zeta
+        change, force = system.step(zeta, force, wanted, give)
         longest = float(np.abs(change).max())
         zeta = zeta + change * min(1.0, _LONGEST / max(longest, 1e-300))
         if longest < _SETTLED and system.missed(zeta, wanted) < _MET * scale:
@@ -78,23 +82,34 @@ def between(zeta: Complex) -> Complex:
     return (zeta[1:] + zeta[:-1]) / 2
 
 
-def _bands(steps: Complex, fps: float, smoothing: Array, fixed: Frames) -> tuple[Array, Array]:
-    """The systems of ψ and of σ on n + 1 frames, upper bands (3, n + 1) each, given frames eliminated."""
+def _between_waypoints(start: complex, aims: Sequence[Aim]) -> tuple[tuple[slice, ...], Complex]:
+    """The intervals from each waypoint to the next, and the way over them; of a heading, nothing and its turn."""
+    spans, wanted, frame = [], [], 0
+    for aim in aims:
+        spans.append(slice(0) if aim.is_heading else slice(frame, aim.frame))
+        wanted.append(aim.value if aim.is_heading else aim.value - start)
+        if not aim.is_heading:
+            frame, start = aim.frame, aim.value
+    return tuple(spans), np.array(wanted, dtype=np.complex128)
+
+
+def _bands(steps: Complex, fps: float, smoothing: Array, fixed: Pair[Frames]) -> Pair[Array]:
+    """The systems of σ and ψ on n + 1 frames, upper bands (3, n + 1) each, given frames eliminated."""
     count = len(steps) + 1
     width = (smoothing * fps) ** 2
     inner = width.copy()
     inner[[0, -1]] = 0.0
-    turns, scales = normal_bands(inner, np.zeros(count)), normal_bands(inner**2)
+    scales, turns = normal_bands(inner**2), normal_bands(inner, np.zeros(count))
     slow = _slowness(steps, fps)
     slow[-1] += width[-1]  # L's row at the last frame, behind which the heading stays
     turns[2, :-1] += slow
     turns[2, 1:] += slow
     turns[1, 1:] -= slow
     scales[2, -2] += width[-1] ** 2
-    if len(fixed) == 2:
-        turns[2, 1] += width[0]
+    if len(fixed[0]) == 2:
         scales[2, 1] += width[0] ** 2
-    return eliminated(turns * (PATIENCE * fps) ** 2, np.array([0])), eliminated(scales, fixed)
+        turns[2, 1] += width[0]
+    return eliminated(scales, fixed[0]), eliminated(turns * (PATIENCE * fps) ** 2, fixed[1])
 
 
 def _slowness(steps: Complex, fps: float) -> Array:
@@ -109,76 +124,125 @@ def _slowness(steps: Complex, fps: float) -> Array:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _System:
-    """The energy of a bend as bands, and its aims as rows, linear in real numbers: two a waypoint (z and x), one a
-    heading.
+    """The energy of a bend as bands of σ and of ψ, and its aims as rows, linear in real numbers: two a waypoint (z and
+    x), one a heading. Waypoints count from the one before, so that near ones stay apart in numbers too.
 
-    fixed : frames whose σ is given; ψ is given at the first
+    fixed : frames whose σ or ψ is given, and zero
     """
 
     steps: Complex
     aims: tuple[Aim, ...]
-    fixed: Frames
-    turns: Array
-    scales: Array
+    spans: tuple[slice, ...]
+    fixed: Pair[Frames]
+    bands: Pair[Array]
 
-    def rows(self, zeta: Complex) -> tuple[Array, Array]:
+    def step(self, zeta: Complex, force: Array, wanted: Complex, give: Array) -> tuple[Complex, Array]:
+        """A step to where the constraints, taken as straight from here, are met at the least energy, and the forces
+        (R,) that hold it there; force : of the step before, empty at the first.
+
+        What a constraint's own bend adds to the energy's is taken in where it stiffens: a path under tension, like a
+        string, is harder to turn, one that is pushed together harder to shorten.
+        """
+        rows, tension = self.rows(zeta), self._tension(zeta, force)
+        bands = [
+            eliminated(_stiffened(own, pull), fixed)
+            for own, pull, fixed in zip(self.bands, (-tension, tension), self.fixed, strict=True)
+        ]
+        spent = [banded_product(own, part[:, None]) for own, part in zip(self.bands, _parts(zeta), strict=True)]
+        curves, back = self._responses(bands, rows), self._responses(bands, spent)
+        gap = self._real(wanted - self._values(zeta)) + _product(rows, back)[:, 0]
+        system = give + _product(rows, curves)
+        size = np.sqrt(np.maximum(np.diag(system), 1e-30))  # aims between which nothing moves are one and the same
+        force = np.linalg.lstsq(system / size / size[:, None], gap / size, rcond=None)[0] / size
+        real, imaginary = (curve @ force - part[:, 0] for curve, part in zip(curves, back, strict=True))
+        return real + 1j * imaginary, force
+
+    def rows(self, zeta: Complex) -> Pair[Array]:
         """Derivatives (n + 1, R) of all aims by σ and by ψ."""
         moved = np.exp(between(zeta)) * self.steps / 2
         by_scale, by_turn = [], []
-        for aim in self.aims:
+        for aim, span in zip(self.aims, self.spans, strict=True):
             at = np.zeros(len(zeta), dtype=np.complex128)
             if aim.is_heading:
                 at[aim.frame] = 1.0
                 by_scale.append(np.zeros(len(zeta)))
                 by_turn.append(at.real)
             else:
-                at[: aim.frame] = moved[: aim.frame]
-                at[1 : aim.frame + 1] += moved[: aim.frame]
+                at[span] = moved[span]
+                at[span.start + 1 : span.stop + 1] += moved[span]
                 by_scale += [at.real, at.imag]
                 by_turn += [-at.imag, at.real]
         return np.stack(by_scale, axis=1), np.stack(by_turn, axis=1)
-
-    def next(self, zeta: Complex, wanted: Complex, give: Array) -> Complex:
-        """Where the constraints, taken as straight from here, are met at the least energy."""
-        by_scale, by_turn = self.rows(zeta)
-        scales, turns = self._responses(by_scale, by_turn)
-        gap = self._real(wanted - self._values(zeta)) + by_scale.T @ zeta.real + by_turn.T @ zeta.imag
-        system = by_scale.T @ scales + by_turn.T @ turns + give
-        size = np.sqrt(np.maximum(np.diag(system), 1e-30))  # aims between which nothing moves are one and the same
-        force = np.linalg.lstsq(system / size / size[:, None], gap / size, rcond=None)[0] / size
-        return np.asarray(scales @ force + 1j * (turns @ force))
 
     def give(self) -> Array:
         """How far each row gives way to a unit force (R, R): nothing for exact aims, for others so much that one of
         weight w, alone, goes w / (w + 1) of the way.
         """
-        by_scale, by_turn = self.rows(np.zeros(len(self.steps) + 1, dtype=np.complex128))
-        scales, turns = self._responses(by_scale, by_turn)
-        lone = by_scale.T @ scales + by_turn.T @ turns
-        owner = np.repeat(np.arange(len(self.aims)), [1 if aim.is_heading else 2 for aim in self.aims])
-        weights = np.array([aim.weight for aim in self.aims])
-        return np.where(owner[:, None] == owner, lone / weights[owner], 0.0)
+        rows = self.rows(np.zeros(len(self.steps) + 1, dtype=np.complex128))
+        owner, part, weight = np.array(
+            [
+                (index, -index if aim.is_heading else axis, aim.weight)
+                for index, aim in enumerate(self.aims, start=3)
+                for axis in ((0,) if aim.is_heading else (1, 2))
+            ]
+        ).T
+        sums = np.tril(part[:, None] == part).astype(np.float64)  # from ways between waypoints to ways from the start
+        lone = sums @ _product(rows, self._responses(self.bands, rows)) @ sums.T
+        apart = np.linalg.inv(sums)
+        return np.asarray(apart @ np.where(owner[:, None] == owner, lone / weight, 0.0) @ apart.T)
 
     def missed(self, zeta: Complex, wanted: Complex) -> float:
-        """The largest distance of an exact aim in m or rad."""
+        """By how much the way to an exact aim from the one before it is missed at most, m or rad."""
         gaps = np.abs(wanted - self._values(zeta))
         return float(gaps[[aim.weight == np.inf for aim in self.aims]].max(initial=0.0))
 
-    def _responses(self, by_scale: Array, by_turn: Array) -> tuple[Array, Array]:
-        """σ and ψ (n + 1, R) that a unit force on each row brings about."""
-        by_scale, by_turn = by_scale.copy(order="F"), by_turn.copy(order="F")
-        by_scale[self.fixed], by_turn[0] = 0.0, 0.0
-        return (
-            solve_bands(self.scales.copy(order="F"), by_scale),
-            solve_bands(self.turns.copy(order="F"), by_turn),
-        )
+    def _tension(self, zeta: Complex, force: Array) -> Array:
+        """The pull (n,) along each step of the path that the forces on the waypoints behind it make."""
+        pull, row = np.zeros(len(self.steps), dtype=np.complex128), 0
+        for aim, span in zip(self.aims, self.spans, strict=True) if len(force) else ():
+            if not aim.is_heading:
+                pull[span] = force[row] + 1j * force[row + 1]
+            row += 1 if aim.is_heading else 2
+        return np.asarray((pull.conj() * np.exp(between(zeta)) * self.steps).real)
+
+    def _responses(self, bands: Sequence[Array], values: Sequence[Array]) -> Pair[Array]:
+        """σ and ψ (n + 1, R) that belong to right-hand sides of these systems."""
+        found = []
+        for own, value, fixed in zip(bands, values, self.fixed, strict=True):
+            rhs = np.array(value, order="F")
+            rhs[fixed] = 0.0
+            found.append(solve_bands(own.copy(order="F"), rhs))
+        return found[0], found[1]
 
     def _values(self, zeta: Complex) -> Complex:
-        way = np.concatenate([[0.0], np.cumsum(np.exp(between(zeta)) * self.steps)])
-        return np.array([zeta[aim.frame].imag if aim.is_heading else way[aim.frame] for aim in self.aims])
+        moved = np.exp(between(zeta)) * self.steps
+        return np.array(
+            [
+                zeta[aim.frame].imag if aim.is_heading else moved[span].sum()
+                for aim, span in zip(self.aims, self.spans, strict=True)
+            ]
+        )
 
     def _real(self, values: Complex) -> Array:
         parts: list[float] = []
         for aim, value in zip(self.aims, values, strict=True):
             parts += [value.real] if aim.is_heading else [value.real, value.imag]
         return np.array(parts)
+
+
+def _parts(zeta: Complex) -> Pair[Array]:
+    return zeta.real, zeta.imag
+
+
+def _product(rows: Pair[Array], columns: Pair[Array]) -> Array:
+    """What rows (n + 1, R) say of σ and ψ (n + 1, K): (R, K)."""
+    return np.asarray(rows[0].T @ columns[0] + rows[1].T @ columns[1])
+
+
+def _stiffened(bands: Array, pull: Array) -> Array:
+    """A system on frames with more for the intervals' means, where `pull` (n,) is above zero."""
+    out, more = bands.copy(order="F"), np.maximum(pull, 0.0) / 4
+    out[2, :-1] += more
+    out[2, 1:] += more
+    out[1, 1:] += more
+    return out

@@ -100,11 +100,11 @@ def pinned_path(bands: Array, frames: Frames, gaps: Array, weights: Array) -> Ar
     from scipy.linalg import solve_banded
 
     exact, count = np.isinf(weights), bands.shape[1]
-    give = np.zeros(count)
-    give[frames[~exact] - 1] = weights[~exact] / _lone_sums(bands, frames[~exact])
+    give, size = np.zeros(count), float(bands[2].max())
+    give[frames[~exact] - 1] = weights[~exact] / (_lone_sums(bands, frames[~exact]) * size)
     rhs = np.zeros((3 * count, gaps.shape[1]))
     rhs[3 * frames - 1] = np.where(exact, 1.0, give[frames - 1])[:, None] * gaps
-    system = _chained(bands, give, frames[exact] - 1)
+    system = _chained(bands / size, give, frames[exact] - 1)
     solved = solve_banded((_WIDE, _WIDE), system, rhs, overwrite_ab=True, overwrite_b=True, check_finite=False)
     return np.concatenate([np.zeros((1, gaps.shape[1])), solved[2::3]])
 

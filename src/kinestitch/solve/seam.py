@@ -212,8 +212,10 @@ def displacement_correction(cluster: Cluster, residuals: Array) -> Array:
     rhs = transposed_second_difference(rows[:, None] * error)
     held = max(0, cluster.held[0] - 1), max(0, cluster.held[1] - 1)
     steps = _solve_free(rows, rhs, held)
-    if held != (0, 0):  # what is held no longer sums up to zero by itself
-        share = _solve_free(rows, np.ones((len(rows), 1), order="F"), held)
+    if held != (0, 0):  # what is held no longer sums up to zero by itself: the way between it and the seam makes up
+        first, last = cluster.local_frames[0], cluster.local_frames[-1]
+        between = (last, held[1]) if held[1] else (held[0], len(rows) - first + 1)
+        share = _solve_free(rows, np.ones((len(rows), 1), order="F"), between if sum(between) < len(rows) else held)
         steps -= share * (steps.sum(axis=0) / share.sum())
     np.cumsum(steps, axis=0, out=position[1:])
     return position
