@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -124,6 +126,17 @@ def test_the_hips_of_the_sources_do_not_count_either():
     source = turning(swing, hips=3 * swing)
     line = placed(source, source, 30, 30, 16.0)
     assert quality.dynamics_kept(turning(0.5 * swing), line, line.seams[0]) == pytest.approx(0.5)
+
+
+def test_the_report_tells_what_an_automatic_seam_took():
+    line, clips = joined(turning(np.radians(np.arange(60.0))), turning(np.radians(np.arange(80.0))), 30, 40, 16.0)
+    (told,) = quality.report(solve_timeline(line, clips))["seams"]
+    assert "automatic" not in told
+    solved = solve_timeline(replace(line, seams=(Seam(automatic=True),)), clips)
+    (told,) = quality.report(solved)["seams"]
+    assert (told["automatic"], told["groups"]) == (True, {})  # nobody can tell this rig's limbs
+    assert told["lambda"] == solved.seams[0].stiffness
+    assert told["smoothing_s"] == pytest.approx(told["lambda"] ** 0.25 / FPS)
 
 
 @pytest.mark.parametrize("method", ["laplacian", "cut"])

@@ -111,6 +111,8 @@ WRONG = [
     (("--smooth", "1e200", "--append", "kick.bvh"), "smoothing time"),
     (("--lambda", "1e20", "--append", "kick.bvh"), "λ from 0 to 1e+12, got 1e+20"),
     (("--smooth", "0.1", "--lambda", "1"), "got both"),
+    (("--auto", "--smooth", "0.1"), "Expected --auto or --smooth, got both"),
+    (("--lambda", "0", "--auto"), "Expected --auto or --lambda, got both"),
     (("--chart", "square"), "'square'"),
     (("--colour",), "No such option"),
     (("--appent", "kick.bvh"), "--append"),

@@ -125,3 +125,12 @@ def test_info_of_an_edit(kinestitch, clip, tmp_path):
     assert [part["clip"] for part in facts["segments"]] == ["walk", "kick", "walk"]
     assert [seam["frame"] for seam in facts["seams"]] == [20, 50]
     assert [source["found"] for source in facts["sources"]] == [True, False]
+    assert not any(seam["automatic"] for seam in facts["seams"])
+
+
+def test_info_of_an_edit_whose_seams_are_automatic(kinestitch, clip):
+    clip("walk.bvh", frames=60, seed=1)
+    assert kinestitch("stitch", "walk.bvh", "--delete", "20:30", "--auto", "-o", "edit.otio").code == 0
+    assert "before 20: smoothing automatic" in kinestitch("info", "edit.otio").out
+    (facts,) = json.loads(kinestitch("info", "edit.otio", "--json").out)
+    assert facts["seams"] == [{"frame": 20, "smoothing": None, "stiffness": None, "automatic": True}]

@@ -13,6 +13,7 @@ import pytest
 
 from kinestitch.edit import DEFAULT_SMOOTHING, FrameRange, Seam, load_document
 from kinestitch.files import read, write
+from kinestitch.samples import sample
 from kinestitch.testing import assert_motion_close, random_motion
 
 
@@ -118,6 +119,29 @@ def test_the_table_tells_each_seams_smoothing_time(kinestitch):
     assert "smooth s" in kinestitch(*words).out
     assert " 0.25 " in kinestitch(*words, "--smooth", "0.25").out
     assert " 0.5 " in kinestitch(*words, "--lambda", 15**4).out
+
+
+def test_automatic_seams_are_told_and_kept_in_documents(kinestitch):
+    for name in ("walk", "kick"):
+        write(sample(name, fps=30.0), f"{name}.bvh")
+    words = ("stitch", "walk.bvh", "--replace", "40:60", "kick.bvh@10:50", "--auto")
+    ran = kinestitch(*words, "-o", "out.bvh", "--report", "seams.json")
+    assert (ran.code, ran.err) == (0, "")
+    for seam in json.loads(Path("seams.json").read_text())["seams"]:
+        assert seam["automatic"] is True
+        parts = seam["groups"]
+        assert set(parts) == {"body", "left_arm", "left_leg", "right_arm", "right_leg"}
+        assert seam["lambda"] == max(part["lambda"] for part in parts.values())
+        assert seam["smoothing_s"] == pytest.approx(seam["lambda"] ** 0.25 / 30)
+        times = [part["smoothing_s"] for part in parts.values()]
+        assert f"{min(times):.2g}–{max(times):.2g}" in ran.out
+    assert kinestitch(*words, "-o", "edit.otio").code == 0
+    assert load_document("edit.otio").timeline.seams == (Seam(automatic=True),) * 2
+    assert kinestitch("stitch", "edit.otio", "-o", "again.bvh").code == 0
+    assert Path("out.bvh").read_bytes() == Path("again.bvh").read_bytes()
+    assert kinestitch("stitch", "edit.otio", "--auto", "--snap", "0.1", "-o", "snapped.bvh").code == 0
+    assert kinestitch("stitch", "edit.otio", "--smooth", "0.1", "-o", "told.otio").code == 0
+    assert load_document("told.otio").timeline.seams == (Seam(smoothing=0.1),) * 2
 
 
 def test_a_take_of_the_original(kinestitch):

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import warnings
+from collections import Counter
 
 import opentimelineio as otio
 import pytest
@@ -140,14 +141,23 @@ def test_unknown_settings_are_counted_and_kept_out(saved):
         own(data)["colour"] = "red"
         own(data)["clips"][0]["actor"] = "Ann"
         for clip in data["tracks"]["children"][0]["children"][1:]:
-            clip["metadata"]["kinestitch"]["seam"]["elastic"] = True
+            clip["metadata"]["kinestitch"]["seam"]["bouncy"] = True
 
     changed(saved, change)
-    with pytest.warns(KinestitchWarning, match="3 × unknown setting 'elastic'.*'colour'") as caught:
+    with pytest.warns(KinestitchWarning, match="3 × unknown setting 'bouncy'.*'colour'") as caught:
         document = load_document(saved)
     assert len(caught) == 1
     assert "'actor'" in str(caught[0].message)
     assert document.timeline == LINE
+
+
+@pytest.mark.parametrize(
+    ("seam", "told"),
+    [(Seam(), {}), (Seam(automatic=True), {"automatic": True}), (Seam(stiffness=0.0), {"stiffness": 0.0})],
+)
+def test_a_seam_tells_only_what_is_not_the_default(seam, told):
+    assert schema.seam_data(seam) == told
+    assert schema.seam_from(told, Counter()) == seam
 
 
 def test_newer_version_names_its_writer(saved):

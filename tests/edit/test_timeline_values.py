@@ -77,6 +77,16 @@ def test_seam_refuses(name, value):
         Seam(**{name: value})
 
 
+def test_an_automatic_seam_has_no_settings_of_its_own():
+    assert Seam(automatic=True).lambda_at(30.0) == Seam().lambda_at(30.0)
+    assert Seam(automatic=True) != Seam()
+    for told in ({"stiffness": 0.0}, {"smoothing": 0.1}):
+        with pytest.raises(ParameterError, match="automatic seam without"):
+            Seam(automatic=True, **told)
+    with pytest.raises(ParameterError, match="True or False, got 'yes'"):
+        Seam(automatic="yes")
+
+
 def test_seam_refuses_both_and_the_endless():
     with pytest.raises(ParameterError, match="both"):
         Seam(stiffness=1.0, smoothing=0.1)

@@ -173,7 +173,7 @@ class _Near:
     contacts: Contacts
 
     def measured(self, chosen: Placed, *, feet: bool) -> tuple[float, ...]:
-        """The values of ``MEASURES`` for one choice of λ; feet : whether their slide, slow to measure, is one."""
+        """The values of ``MEASURES`` for one choice of λ; feet : whether to measure their slide too: it takes long."""
         motion, placed, seam = solve_placed(chosen), self.placed, self.seam
         added = added_acceleration(motion, placed, seam, self.reach, own=self.own)
         start = max(0, seam.frame - self.reach)
