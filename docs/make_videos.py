@@ -1,7 +1,8 @@
 """Make videos of stitched samples, and stills around their seams: ``python docs/make_videos.py [FOLDER]``.
 
 Each shows the hard cut, the solve, and the solve with its feet locked, as bare skeletons on the ground; feet are green
-while they stand in their clip. The stills show the last of the three, every second frame.
+while they stand in their clip. A walk whose path is bent is shown alone. The stills show the last of the three, every
+second frame.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ from matplotlib.image import imsave
 
 import kinestitch as ks
 from kinestitch.cli.pictures import pasted_stretches
+from kinestitch.edit import Pin, add_pin
 from kinestitch.edit.timeline import Timeline
 from kinestitch.render.video import film, video
 from kinestitch.search.replacement import Limits, best_replacement
 from kinestitch.search.snap import snap
 from kinestitch.solve.footlock import placed_contacts
 
-SPEED, SIZE, STILL, VIEW = 0.5, (1440, 540), (384, 480), 60.0
+SPEED, STILL, VIEW = 0.5, (384, 480), 60.0
 AROUND, EVERY, COLUMNS = 14, 2, 5
 """Frames on each side of a seam that have stills, how far apart those are, and how many stand in a row."""
 
@@ -43,10 +45,13 @@ def run_jump_run() -> Edit:
 
 
 def walk_punch() -> Edit:
-    """A walk that ends in a punch, the cut snapped."""
+    """A walk that ends in a punch, the cut snapped, its path bent through two places."""
     found = clips("walk", "heavy_punch")
     line = ks.append(ks.delete(ks.timeline(found, "walk"), 130, 201), "heavy_punch", 20)
-    return snap(line, found, 0.2).timeline, found
+    line = snap(line, found, 0.2).timeline
+    for pin in (Pin("waypoint", 60, (0.35, 1.15)), Pin("waypoint", line.starts[1], (1.1, 2.2))):
+        line = add_pin(line, pin)
+    return line, found
 
 
 EDITS: Mapping[str, Callable[[], Edit]] = {
@@ -62,16 +67,17 @@ def show(name: str, line: Timeline, found: Mapping[str, ks.Motion], folder: Path
     standing, seams = placed_contacts(loose.placed), [seam.frame for seam in loose.seams]
     look = {"style": "skeleton", "view": VIEW, "seams": seams}
     pasted = [pasted_stretches(line)]
-    video(
-        [loose.cut, loose.motion, locked.motion],
-        folder / f"{name}.mp4",
-        labels=["hard cut", "solved", "solved, feet locked"],
-        segments=3 * pasted,
-        contacts=[standing, standing, locked.contacts],
-        speed=SPEED,
-        size=SIZE,
-        **look,
-    )
+    shown = [
+        ("hard cut", loose.cut, standing),
+        ("solved", loose.motion, standing),
+        ("solved, feet locked", locked.motion, locked.contacts),
+    ]
+    if line.pins:  # a path of its own wants a camera of its own
+        shown = shown[2:]
+    labels, motions, contacts = (list(column) for column in zip(*shown, strict=True))
+    segments, size = len(shown) * pasted, (480 * max(len(shown), 2), 540)
+    path = folder / f"{name}.mp4"
+    video(motions, path, labels=labels, segments=segments, contacts=contacts, speed=SPEED, size=size, **look)
     alone = film(locked.motion, labels=[name], segments=pasted, contacts=[locked.contacts], size=STILL, **look)
     for seam in seams:
         frames = range(max(0, seam - AROUND), seam + AROUND + 1, EVERY)
