@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from kinestitch.edit.document import load_document, save_document
 from kinestitch.edit.operations import append, replace, split
+from kinestitch.edit.pinning import add_pin
+from kinestitch.edit.pins import Pin
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.speed import set_speed, source_frame
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Segment, Timeline, timeline
@@ -86,6 +88,18 @@ def test_pieces_of_one_clip_at_one_speed_share_it_and_stay_adjacent():
     assert line.segments[0].range.stop == line.segments[1].range.start
     assert [clip.key for clip in set_speed(line, 0, 1.0).clips] == ["walk", "walk ×0.7"]
     assert [clip.key for clip in set_speed(set_speed(line, 0, 1.0), 1, 1.0).clips] == ["walk"]
+
+
+def test_pins_stay_on_what_they_are_on():
+    pins = [Pin("waypoint", frame, (0.0, 1.0)) for frame in (39, 40, 41, 42, 69, 70)]
+    line = LINE
+    for pin in pins:
+        line = add_pin(line, pin)
+    slow = set_speed(line, 1, 0.5)
+    assert [pin.frame for pin in slow.pins] == [39, 40, 42, 44, 98, 100]
+    assert set_speed(slow, 1, 1.0) == line
+    fast = set_speed(line, 1, 2.0)
+    assert [pin.frame for pin in fast.pins] == [39, 40, 41, 54, 55]  # two of them would fall on one frame
 
 
 def test_edits_work_on_a_retimed_clip_as_on_any():
