@@ -10,7 +10,7 @@ from kinestitch.cli.console import console, counted, fact_table
 from kinestitch.cli.failures import warnings_as_lines
 
 if TYPE_CHECKING:
-    from kinestitch.edit import Segment, Timeline
+    from kinestitch.edit import ClipInfo, Segment, Timeline
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,6 @@ def edit_facts(path: str) -> EditFacts:
         document = load_document(path, probe=probe)
     line, starts = document.timeline, document.timeline.starts
     stiffness = [None if seam.automatic else seam.lambda_at(line.fps) for seam in line.seams]
-    files = {clip.key: document.sources.get(clip.source, "") for clip in line.clips}
     return EditFacts(
         file=path,
         format="edit (OpenTimelineIO)",
@@ -98,17 +97,7 @@ def edit_facts(path: str) -> EditFacts:
             SeamFacts(frame, None if value is None else value**0.25 / line.fps, value, value is None)
             for frame, value in zip(starts[1:-1], stiffness, strict=True)
         ),
-        sources=tuple(
-            SourceFacts(
-                clip.key,
-                files[clip.key],
-                Path(files[clip.key]).is_file(),
-                clip.frames,
-                clip.fps,
-                "" if clip.retiming is None else clip.source,
-            )
-            for clip in line.clips
-        ),
+        sources=tuple(_source_facts(clip, document.sources.get(clip.source, "")) for clip in line.clips),
         pins=tuple(map(str, line.pins)),
         warnings=tuple(oddities),
     )
@@ -135,6 +124,11 @@ def show_edit_facts(told: EditFacts) -> None:
     for name, value in rows:
         table.add_row(name, value)
     console().print(table)
+
+
+def _source_facts(clip: ClipInfo, file: str) -> SourceFacts:
+    retimes = "" if clip.retiming is None else clip.source
+    return SourceFacts(clip.key, file, Path(file).is_file(), clip.frames, clip.fps, retimes)
 
 
 def _smoothing(seam: SeamFacts) -> str:

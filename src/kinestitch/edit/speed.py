@@ -124,7 +124,7 @@ def _kept_pins(timeline: Timeline, index: int, length: int) -> tuple[Pin, ...]:
         if frame >= start + before:
             frame += length - before
         elif frame >= start:
-            frame = start + (frame - start) * length // before
+            frame = start + min(_nearest((frame - start) * length / before), length - 1)
         decides = {(frame, what) for what in pin.fixes}
         if not decides & taken:
             kept.append(replace(pin, frame=frame))
