@@ -34,11 +34,12 @@ def test_slowed_down_and_set_back_is_the_same_line(line, speed, data):
     assert slow.segments[index].clip != info.key
     back = set_speed(slow, index, 1.0)
     old, new = line.segments[index].range, back.segments[index].range
-    if old.stop < info.frames_at(line.fps) - 1:
+    short = math.ceil(line.fps / info.fps) + 1  # the slow clip may end that many frames before its source does
+    if old.stop < info.frames_at(line.fps) - short:
         assert back == line
-    else:  # the slow clip may end a frame short of it
-        assert abs(new.start - old.start) <= 1
-        assert abs(new.stop - old.stop) <= 1
+    else:
+        assert abs(new.start - old.start) <= short
+        assert abs(new.stop - old.stop) <= short
 
 
 @given(timelines(), SPEEDS, st.data())
@@ -62,8 +63,8 @@ def test_the_same_stretch_at_another_length(line, speed, data):
 
 @given(SPEEDS, SPEEDS)
 def test_a_speed_counts_against_the_clip_itself(first, second):
-    assert set_speed(set_speed(LINE, 0, first), 0, second).clips[-1] == set_speed(LINE, 0, second).clips[-1]
-    assert len(set_speed(set_speed(LINE, 0, first), 0, second).clips) <= 3
+    twice, once = set_speed(set_speed(LINE, 0, first), 0, second), set_speed(LINE, 0, second)
+    assert [clip.retiming for clip in twice.clips] == [clip.retiming for clip in once.clips]
 
 
 def test_lengths():
