@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from kinestitch.edit.document import load_document, save_document
 from kinestitch.edit.operations import append, replace, split
+from kinestitch.edit.pinning import add_pin
+from kinestitch.edit.pins import Pin
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.speed import set_speed, source_frame
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Segment, Timeline, timeline
@@ -31,16 +33,13 @@ def test_slowed_down_and_set_back_is_the_same_line(line, speed, data):
     slow = set_speed(line, index, speed)
     assert slow.segments[index].clip != info.key
     back = set_speed(slow, index, 1.0)
-    end = info.frames_at(line.fps)
-    if line.segments[index].range.stop == end - 1 and back.segments[index].range.stop == end:
-        back = trimmed(back, index, end - 1)  # the slow clip ends between both
-    assert back == line
-
-
-def trimmed(line: Timeline, index: int, stop: int) -> Timeline:
-    segment = line.segments[index]
-    shorter = Segment(segment.clip, FrameRange(segment.range.start, stop))
-    return Timeline(line.clips, (*line.segments[:index], shorter, *line.segments[index + 1 :]), line.seams, line.fps)
+    old, new = line.segments[index].range, back.segments[index].range
+    short = math.ceil(line.fps / info.fps) + 1  # the slow clip may end that many frames before its source does
+    if old.stop < info.frames_at(line.fps) - short:
+        assert back == line
+    else:
+        assert abs(new.start - old.start) <= short
+        assert abs(new.stop - old.stop) <= short
 
 
 @given(timelines(), SPEEDS, st.data())
@@ -64,8 +63,8 @@ def test_the_same_stretch_at_another_length(line, speed, data):
 
 @given(SPEEDS, SPEEDS)
 def test_a_speed_counts_against_the_clip_itself(first, second):
-    assert set_speed(set_speed(LINE, 0, first), 0, second).clips[-1] == set_speed(LINE, 0, second).clips[-1]
-    assert len(set_speed(set_speed(LINE, 0, first), 0, second).clips) <= 3
+    twice, once = set_speed(set_speed(LINE, 0, first), 0, second), set_speed(LINE, 0, second)
+    assert [clip.retiming for clip in twice.clips] == [clip.retiming for clip in once.clips]
 
 
 def test_lengths():
@@ -86,6 +85,18 @@ def test_pieces_of_one_clip_at_one_speed_share_it_and_stay_adjacent():
     assert line.segments[0].range.stop == line.segments[1].range.start
     assert [clip.key for clip in set_speed(line, 0, 1.0).clips] == ["walk", "walk ×0.7"]
     assert [clip.key for clip in set_speed(set_speed(line, 0, 1.0), 1, 1.0).clips] == ["walk"]
+
+
+def test_pins_stay_on_what_they_are_on():
+    pins = [Pin("waypoint", frame, (0.0, 1.0)) for frame in (39, 40, 41, 42, 69, 70)]
+    line = LINE
+    for pin in pins:
+        line = add_pin(line, pin)
+    slow = set_speed(line, 1, 0.5)
+    assert [pin.frame for pin in slow.pins] == [39, 40, 42, 44, 98, 100]
+    assert set_speed(slow, 1, 1.0) == line
+    fast = set_speed(line, 1, 2.0)
+    assert [pin.frame for pin in fast.pins] == [39, 40, 41, 54, 55]  # two of them would fall on one frame
 
 
 def test_edits_work_on_a_retimed_clip_as_on_any():

@@ -66,7 +66,7 @@ def test_the_phases_meet_or_come_as_near_as_they_can(cut, bound):
     assert abs(after) <= abs(before) + 1e-9
     away = abs(np.array(found.speeds[0]) - 1)
     if abs(after) > 1e-4:
-        ends = (line.segments[0].range.stop > 97, line.segments[1].range.start < 4)
+        ends = (line.segments[0].range.stop > 89, line.segments[1].range.start < 12)
         assert all(share == pytest.approx(bound) or end for share, end in zip(away, ends, strict=True))
         assert max(away) == pytest.approx(bound) or all(ends)
     if abs(before) < np.radians(20) and 20 < cut[0] < 90 and cut[1] > 10:

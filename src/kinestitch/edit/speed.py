@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from kinestitch.core.retime import time_map
+from kinestitch.edit.pins import Pin
 from kinestitch.edit.retiming import Knots, Retiming
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Segment, Timeline, whole
 from kinestitch.errors import ParameterError, RangeError
@@ -26,7 +27,7 @@ def set_speed(timeline: Timeline, index: int, speed: float) -> Timeline:
 
     The stretch begins and ends at the nearest frames, so that either end lies up to half of `speed` frames of the clip
     off; where it went on to the clip's end, it still does. A segment that was slowed down is the same again at speed 1,
-    but for a frame at its clip's end.
+    but for a frame at its clip's end. Pins stay on what they are on.
 
     Raises RangeError where there is no such segment and for a clip of one frame, ParameterError for a speed outside
     0.1 to 10.
@@ -108,4 +109,24 @@ def with_segment(timeline: Timeline, index: int, clip: ClipInfo, shown: FrameRan
     clips = timeline.clips if clip in timeline.clips else (*timeline.clips, clip)
     if before.retiming is not None and all(segment.clip != before.key for segment in segments):
         clips = tuple(known for known in clips if known != before)
-    return replace(timeline, clips=clips, segments=segments)
+    return replace(timeline, clips=clips, segments=segments, pins=_kept_pins(timeline, index, len(shown)))
+
+
+def _kept_pins(timeline: Timeline, index: int, length: int) -> tuple[Pin, ...]:
+    """The pins where one segment has become this long: those on it move along with what it shows, and of several that
+    then decide one thing in one frame the first stays.
+    """
+    start, before = timeline.starts[index], len(timeline.segments[index])
+    kept: list[Pin] = []
+    taken: set[tuple[int, tuple[str, str | None]]] = set()
+    for pin in timeline.pins:
+        frame = pin.frame
+        if frame >= start + before:
+            frame += length - before
+        elif frame >= start:
+            frame = start + min(_nearest((frame - start) * length / before), length - 1)
+        decides = {(frame, what) for what in pin.fixes}
+        if not decides & taken:
+            kept.append(replace(pin, frame=frame))
+            taken |= decides
+    return tuple(kept)
