@@ -48,7 +48,12 @@ def joint_price(placed: Placed) -> float:
 
     Joints that turn almost all the way round are priced in the cluster's chart, like all others.
     """
-    total = 0.0
+    return float(joint_shares(placed).sum())
+
+
+def joint_shares(placed: Placed) -> Array:
+    """What each joint has of :func:`joint_price`: (J,) rad², nothing above the hips."""
+    shares = np.zeros(placed.skeleton.joint_count)
     way = way_to_hips(placed)
     for cluster in clusters(placed.seams, placed.frames):
         rotations, _ = target_window(placed, cluster.start, cluster.stop)
@@ -57,13 +62,19 @@ def joint_price(placed: Placed) -> float:
         hips_to_world(way, poses)
         charted = chart_window(placed, cluster, rotations, poses, "centred")
         for joints, part in _priced_parts(placed, cluster):
-            offsets = charted.offsets[:, :, joints]
-            total += cluster_energy(part, join(offsets).reshape(offsets.shape[1], -1))
-    return total
+            offsets = join(charted.offsets[:, :, joints])
+            energies = channel_energies(part, offsets.reshape(len(offsets), -1))
+            shares[joints] += energies.reshape(-1, 3).sum(axis=1)
+    return shares
 
 
 def cluster_energy(cluster: Cluster, offsets: Array) -> float:
-    """The least energy of a cluster's seams solved together: ``eᵀ (Λ⁻¹ + LLᵀ)⁻¹ e`` summed over channels (Eq. 17).
+    """The least energy of a cluster's seams solved together, summed over channels; offsets as below (Eq. 17)."""
+    return float(channel_energies(cluster, offsets).sum())
+
+
+def channel_energies(cluster: Cluster, offsets: Array) -> Array:
+    """The least energy (C,) of a cluster's seams solved together: ``eᵀ (Λ⁻¹ + LLᵀ)⁻¹ e`` of each channel (Eq. 17).
 
     offsets : (2S, C) rad or m, rows d_{m−1} and d_m of each seam
     """
@@ -80,4 +91,4 @@ def cluster_energy(cluster: Cluster, offsets: Array) -> float:
     bands[2] = np.where(free, 1.0, 6.0 + 1.0 / np.where(free, 1.0, inner))
     bands[1, 1:] = -4.0 * there[1:] * there[:-1]
     bands[0, 2:] = there[2:] * there[:-2]
-    return float(np.vdot(error, solve_bands(bands, error.copy(order="F"))))
+    return np.asarray(np.einsum("tc,tc->c", error, solve_bands(bands, error.copy(order="F"))))
