@@ -64,8 +64,8 @@ _SEPARABLE = """
 ## How far separable prices hold
 
 By how much the exact price of both seams of a replacement differs from the map's own in %, median / 95th percentile /
-worst, by the frames between the seams; and that of one seam so near to the end of a clip. A seam's visible reach is
-{reach} frames.
+worst, by the frames between the seams; and that of one seam so near to the start of a clip. All else stays a visible
+reach away from the clips' ends: {reach} frames.
 """
 
 _ORDER = """
@@ -113,19 +113,21 @@ def feet_rows(name: str, found: Mapping[float | None, Sequence[FeetAtSeam]]) -> 
 
 
 def separable_errors(clips: Mapping[str, Motion], *, seams: int, seed: int) -> tuple[Array, Array]:
-    """Exact over separable price, less 1, for each of `APART`: (seams, 5) of two seams, and of one near an end."""
+    """Exact over separable price, less 1, for each of `APART`: (seams, 5) of two seams far from the original's ends,
+    and of one near its start.
+    """
     rng = np.random.default_rng(seed)
     prices = cache(lambda left, right: price_map(clips[left], clips[right], weights="even"))
+    reach, longest = visible_reach(Seam().lambda_at(next(iter(clips.values())).fps)), max(APART)
     pairs: list[list[float]] = []
     ends: list[list[float]] = []
     while len(pairs) < seams:
         left, right = (str(key) for key in rng.choice(sorted(clips), size=2, replace=False))
         frames, others = clips[left].frames, clips[right].frames
-        if min(frames - 1, others) - max(APART) < 2:
+        if frames <= longest + 2 * reach or others <= longest + reach:
             continue
-        own = prices(left, right)
-        start, into = int(rng.integers(1, frames - max(APART))), int(rng.integers(0, others - max(APART)))
-        pair, end = [], []
+        own, pair, end = prices(left, right), [], []
+        start, into = int(rng.integers(reach, frames - longest - reach)), int(rng.integers(others - longest - reach))
         for apart in APART:
             pieces = [("a", 0, start), ("b", into, into + apart), ("a", start + apart, frames)]
             both = own.price(start, into) + own.price(start + apart, into + apart)
@@ -177,7 +179,7 @@ def separable_rows(name: str, clips: Mapping[str, Motion], *, seams: int, seed: 
     """Table rows of :func:`separable_errors`."""
     found = separable_errors(clips, seams=seams, seed=seed)
     rows = []
-    for where, errors in zip(("two seams", "an end"), found, strict=True):
+    for where, errors in zip(("two seams", "a clip's start"), found, strict=True):
         cells = [f"{np.median(v):.1f} / {np.percentile(v, 95):.1f} / {v.max():.1f}" for v in 100 * np.abs(errors).T]
         rows.append("| " + " | ".join([name, where, *cells]) + " |")
     return rows
@@ -208,7 +210,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("folder", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=150)
+    parser.add_argument("--seams", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args(arguments)
     sets = {name: read_clips(chosen.folder / name) for name in DATA_SETS}

@@ -12,7 +12,7 @@ from kinestitch.core.components import join
 from kinestitch.core.rotation import Array
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.rig.hips import hips_joint
-from kinestitch.solve.chart import centred_chart
+from kinestitch.solve.chart import centred_chart, offsets_as_solved
 from kinestitch.solve.laplacian import solve_bands
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, seam_energy
@@ -44,15 +44,15 @@ def _priced_parts(placed: Placed, cluster: Cluster) -> list[tuple[list[int], Clu
 
 
 def joint_price(placed: Placed) -> float:
-    """E* in rad² of all seams together: what neighbours share and where the clip ends counts (Eq. 17).
-
-    Joints that turn almost all the way round are priced in the cluster's chart, like all others.
-    """
+    """E* in rad² of all seams together: what neighbours share and where the clip ends counts (Eq. 17)."""
     return float(joint_shares(placed).sum())
 
 
 def joint_shares(placed: Placed) -> Array:
-    """What each joint has of :func:`joint_price`: (J,) rad², nothing above the hips."""
+    """What each joint has of :func:`joint_price`: (J,) rad², nothing above the hips.
+
+    Joints whose gap a cluster's chart would tell the long way round are told as they are solved, one seam at a time.
+    """
     shares = np.zeros(placed.skeleton.joint_count)
     way = way_to_hips(placed)
     for cluster in clusters(placed.seams, placed.frames):
@@ -60,10 +60,9 @@ def joint_shares(placed: Placed) -> Array:
         poses = np.stack([straddling(placed, seam).rotations for seam in cluster.seams])
         hips_to_world(way, rotations)
         hips_to_world(way, poses)
-        charted = chart_window(placed, cluster, rotations, poses, "centred")
+        offsets = join(offsets_as_solved(chart_window(placed, cluster, rotations, poses, "centred"), poses))
         for joints, part in _priced_parts(placed, cluster):
-            offsets = join(charted.offsets[:, :, joints])
-            energies = channel_energies(part, offsets.reshape(len(offsets), -1))
+            energies = channel_energies(part, offsets[:, joints].reshape(len(offsets), -1))
             shares[joints] += energies.reshape(-1, 3).sum(axis=1)
     return shares
 
