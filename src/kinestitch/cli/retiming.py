@@ -72,7 +72,9 @@ def in_time(opened: Opened, wishes: dict[str, Any], step: Callable[[str], None])
     in this order
     """
     if wishes["keep_length"] and (wishes["snap"] is None or wishes["align_steps"] is not None):
-        raise click.UsageError("Expected --keep-length with --snap and without --align-steps, whose moves are not free.")
+        raise click.UsageError(
+            "Expected --keep-length with --snap and without --align-steps, whose moves are not free."
+        )
     opened, notes = _paced(opened, wishes["speed"])
     if wishes["align_steps"] is not None:
         step("looking for steps")
