@@ -105,6 +105,8 @@ def test_snap_that_keeps_the_length(two):
     assert "moved:" in ran.err
     assert "it is as long as before." in ran.err
     assert "--snap with --keep-length" in two(*words, "--keep-length", "-o", "no.bvh").error
+    both = two(*words, "--snap", 0.3, "--align-steps", 0.3, "--keep-length", "-o", "no.bvh")
+    assert "without --align-steps" in both.error
 
 
 def test_snap_goes_into_the_document(two):

@@ -71,10 +71,10 @@ def in_time(opened: Opened, wishes: dict[str, Any], step: Callable[[str], None])
     wishes : the command's options, of which ``speed``, ``align_steps``, ``snap``, ``keep_length`` and ``warp`` count,
     in this order
     """
-    if wishes["keep_length"] and (wishes["snap"] is None or wishes["align_steps"] is not None):
-        raise click.UsageError(
-            "Expected --keep-length with --snap and without --align-steps, whose moves are not free."
-        )
+    if wishes["keep_length"] and wishes["snap"] is None:
+        raise click.UsageError("Expected --snap with --keep-length, which says how far seams may move.")
+    if wishes["keep_length"] and wishes["align_steps"] is not None:
+        raise click.UsageError("Expected --keep-length without --align-steps, whose moves change the length.")
     opened, notes = _paced(opened, wishes["speed"])
     if wishes["align_steps"] is not None:
         step("looking for steps")
