@@ -126,8 +126,8 @@ def curves(folder: Path) -> None:
 def cuts(folder: Path) -> None:
     """What every cut from the walk into the kick costs, and the five best."""
     prices = price_map(ks.sample("walk"), ks.sample("kick"))
-    places = [(cut.out, cut.into) for cut in best_cuts(prices, 5)]
-    plot_costs(prices.costs, folder / "cuts.png", cuts=places, names=("walk", "kick"))
+    places = [(cut.out, cut.into) for cut in best_cuts(prices, 5, exact=True)]
+    plot_costs(prices.costs, folder / "cuts.png", cuts=places, names=("walk", "kick"), standing=prices.standing)
 
 
 def feet(folder: Path) -> None:

@@ -46,3 +46,27 @@ def test_a_joint_that_holds_still_has_axes_that_can_be_read(drawn, frames):
         assert all(line.get_marker() == ("o" if frames == 1 else "None") for line in panel.lines)
     low, high = drawn[0].axes[0].get_xlim()
     assert high - low >= 1
+
+
+def test_a_map_has_its_cuts_where_they_are_and_bars_where_feet_stand(drawn):
+    costs = np.arange(7.0)[:, None] + np.arange(5.0)
+    up, along = np.zeros((6, 2), dtype=bool), np.ones((4, 2), dtype=bool)
+    up[1:3, 0] = up[5:, 0] = True
+    plots.plot_costs(costs, "x.png", cuts=[(2, 3)], standing=(up, along))
+    over, corner, shown, beside = drawn[0].axes[:4]
+    assert not corner.patches
+    (mark,) = shown.lines
+    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (3, 1)  # the last frame shown is 1
+    (picture,) = shown.images
+    np.testing.assert_array_equal(picture.get_array(), costs[1:, :-1])
+    assert picture.get_extent() == [-0.5, 3.5, -0.5, 5.5]
+    bars = [(bar.get_y(), bar.get_height()) for bar in beside.patches if bar.get_height() > 0]
+    assert bars == [(0.5, 2.0), (4.5, 1.0)]
+    assert [bar.get_width() for bar in over.patches if bar.get_width() > 0] == [4.0, 4.0]
+    plots.plot_costs(costs, "x.png")
+    assert sum(len(axes.patches) for axes in drawn[1].axes[:4]) == 0
+
+
+def test_a_map_without_differences_can_be_drawn(tmp_path):
+    plots.plot_costs(np.ones((3, 4)), tmp_path / "x.png")
+    assert (tmp_path / "x.png").stat().st_size > 1000

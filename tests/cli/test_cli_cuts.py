@@ -6,7 +6,8 @@ import json
 
 import pytest
 
-from kinestitch.files import read
+import kinestitch as ks
+from kinestitch.files import read, write
 from kinestitch.search.price import best_cuts, price_map
 
 
@@ -20,7 +21,7 @@ def two(clip, kinestitch):
 def test_a_table_and_how_to_make_the_cut(two):
     ran = two("cuts", "a.bvh", "b.bvh", "--top", 3)
     assert (ran.code, ran.err) == (0, "")
-    best = best_cuts(price_map(read("a.bvh"), read("b.bvh")), 3)
+    best = best_cuts(price_map(read("a.bvh"), read("b.bvh")), 3, exact=True)
     assert len(ran.out.splitlines()) == 1 + len(best) + 2
     assert f"{best[0].price:.4g}" in ran.out
     told = ran.out.splitlines()[-1].split()
@@ -33,11 +34,28 @@ def test_a_table_and_how_to_make_the_cut(two):
 def test_json(two):
     ran = two("cuts", "a.bvh@10:30", "b.bvh@:20", "--json", "--even", "--lambda", 10)
     told = json.loads(ran.out)
-    assert (told["lambda"], told["fps"], told["weighted"]) == (10.0, 30.0, False)
+    assert (told["lambda"], told["fps"], told["weighted"], told["contacts"]) == (10.0, 30.0, False, False)
     prices = price_map(read("a.bvh"), read("b.bvh"), stiffness=10.0, weights="even")
-    best = best_cuts(prices, 5, outs=(11, 30), intos=(0, 19))
+    best = best_cuts(prices, 5, outs=(11, 30), intos=(0, 19), exact=True)
     assert [(cut["out"], cut["into"]) for cut in told["cuts"]] == [(cut.out, cut.into) for cut in best]
     assert told["cuts"][0]["price"] == pytest.approx(best[0].price)
+    exact = [cut["exact_cost"] for cut in told["cuts"]]
+    assert exact == sorted(exact)
+
+
+def test_feet(kinestitch):
+    for name in ("walk", "run"):
+        write(ks.sample(name), f"{name}.bvh")
+    ran = kinestitch("cuts", "walk.bvh", "run.bvh", "--top", 2, "--plot", "map.png")
+    assert ran.out.splitlines()[0].split()[-1] == "feet"
+    assert all(" → " in line for line in ran.out.splitlines()[1:3])
+    blind = kinestitch("cuts", "walk.bvh", "run.bvh", "--top", 2, "--no-contacts")
+    assert "feet" not in blind.out
+    told = [
+        json.loads(kinestitch("cuts", "walk.bvh", "run.bvh", "--json", *more).out) for more in ((), ["--no-contacts"])
+    ]
+    assert [one["contacts"] for one in told] == [True, False]
+    assert told[0]["cuts"] != told[1]["cuts"]
 
 
 def test_frames_of_another_rate_are_its_own(clip, kinestitch):
@@ -77,6 +95,18 @@ def test_snap_says_what_it_moved(two):
     assert "note: seam 1 moved: a now ends before frame" in ran.err
     assert "note: all seams together now cost" in ran.err
     assert abs(read("out.bvh").frames - read("plain.bvh").frames) <= 4 * 3
+
+
+def test_snap_that_keeps_the_length(two):
+    words = ("stitch", "a.bvh", "--replace", "20:30", "b.bvh@10:25")
+    two(*words, "-o", "plain.bvh")
+    ran = two(*words, "--snap", 0.3, "--keep-length", "-o", "out.bvh")
+    assert read("out.bvh").frames == read("plain.bvh").frames
+    assert "moved:" in ran.err
+    assert "it is as long as before." in ran.err
+    assert "--snap with --keep-length" in two(*words, "--keep-length", "-o", "no.bvh").error
+    both = two(*words, "--snap", 0.3, "--align-steps", 0.3, "--keep-length", "-o", "no.bvh")
+    assert "without --align-steps" in both.error
 
 
 def test_snap_goes_into_the_document(two):

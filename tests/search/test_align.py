@@ -17,7 +17,7 @@ from kinestitch.search.align import TOLERANCE, align_phase, phase_gaps, place_ph
 from kinestitch.search.features import column_scales
 from kinestitch.search.phase import find_steps, step_phase, strikes
 from kinestitch.search.price import check_weights
-from kinestitch.search.snap import snap, within_reach
+from kinestitch.search.snap import feet_of, snap, within_reach
 from kinestitch.solve.placed import place_timeline
 
 CLIPS = {name: ks.sample(name, fps=30.0) for name in ("walk", "run", "idle", "kick")}
@@ -33,7 +33,7 @@ def brute_force(line: ks.Timeline, seconds: float, tolerance: float) -> tuple[in
     """Every pair, one by one: the cheapest of those whose phases meet, or the pair whose phases come nearest."""
     placed = place_timeline(line, CLIPS)
     scales = column_scales(placed.skeleton, check_weights(placed.skeleton, None))
-    found = within_reach(placed, placed.seams[0], round(seconds * line.fps), scales)
+    found = within_reach(placed, placed.seams[0], round(seconds * line.fps), scales, feet_of(placed))
     phases = [step_phase(CLIPS[segment.clip]) for segment in line.segments]
 
     def at(phase: np.ndarray, place: int) -> float:
@@ -71,9 +71,21 @@ def test_within_a_third_of_a_second_the_steps_always_meet(out, into):
 
 def test_the_cheapest_pair_of_all_may_be_one_whose_steps_do_not_meet():
     line = walk_then_run(55, 25)
-    aligned, snapped = align_phase(line, CLIPS, 0.3), snap(line, CLIPS, 0.3)
+    aligned, snapped = align_phase(line, CLIPS, 0.3), snap(line, CLIPS, 0.3, contacts=False)
     assert max(snapped.after, aligned.after) < aligned.before
     assert abs(phase_gaps(snapped.timeline, find_steps(line, CLIPS))[0]) > 2 * TOLERANCE
+    # Stances of the same foot are steps that meet.
+    standing = snap(line, CLIPS, 0.3)
+    assert abs(phase_gaps(standing.timeline, find_steps(line, CLIPS))[0]) < TOLERANCE
+
+
+@pytest.mark.parametrize("contacts", [True, False])
+def test_the_sum_of_the_seams_is_what_the_search_saw(contacts):
+    line = ks.replace(walk_then_run(70, 20), 20, 40, "kick", 10, 60)
+    found = align_phase(line, CLIPS, 0.3, snap=0.2, contacts=contacts)
+    assert found.after == pytest.approx(found.separable, rel=0.1)
+    stays = align_phase(line, CLIPS, 0.0)
+    assert stays.separable == pytest.approx(stays.before, rel=0.1)
 
 
 def test_seams_without_steps_snap_or_stay():

@@ -17,8 +17,8 @@ from kinestitch.samples import sample
 from kinestitch.search.features import joint_weights, place_features, seam_factors
 from kinestitch.search.price import best_cut, best_cuts, check_weights, exact_price, price_map, squared_distances
 from kinestitch.solve.chart import chart_vectors
-from kinestitch.solve.energy import cluster_energy, joint_price, seam_price
-from kinestitch.solve.placed import straddling, target_window
+from kinestitch.solve.energy import cluster_energy, joint_price, joint_shares, seam_price
+from kinestitch.solve.placed import place_timeline, straddling, target_window
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, correction
 from kinestitch.solve.stitch import solve_timeline
 from kinestitch.solve.window import chart_window
@@ -38,7 +38,13 @@ def joined(a, b, pieces, stiffness: float) -> Timeline:
 
 
 def solved_energy(solved) -> float:
-    """‖R − R_tar‖² + λ‖L R − δ_tar‖², read off a result whose seams share one window, with plain differences."""
+    return float(solved_energies(solved).sum())
+
+
+def solved_energies(solved) -> np.ndarray:
+    """‖R − R_tar‖² + λ‖L R − δ_tar‖² of each joint (J,), read off a result whose seams share one window, with plain
+    differences.
+    """
     placed = solved.placed
     (cluster,) = clusters(solved.seams, placed.frames)
     target, _ = target_window(placed, cluster.start, cluster.stop)
@@ -55,7 +61,8 @@ def solved_energy(solved) -> float:
         if m + 1 < len(wanted):
             delta[m - 1] = own_last - 2 * first + wanted[m + 1]
     rows = cluster_rows(cluster)[1:-1, None, None]
-    return float(((found - wanted) ** 2).sum() + (rows * (np.diff(found, 2, axis=0) - delta) ** 2).sum())
+    bent = rows * (np.diff(found, 2, axis=0) - delta) ** 2
+    return ((found - wanted) ** 2).sum(axis=(0, 2)) + bent.sum(axis=(0, 2))
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 81.0, 1296.0])
@@ -64,8 +71,9 @@ def test_the_joint_price_is_the_energy_of_the_result(stiffness, pasted):
     clips = {"a": sample("walk"), "b": sample("kick")}
     pieces = [("a", 0, 84), ("b", 30, 30 + pasted), ("a", 130, 200)]
     solved = solve_timeline(joined(clips["a"], clips["b"], pieces, stiffness), clips)
-    if len(clusters(solved.seams, solved.placed.frames)) == 1:
-        assert joint_price(solved.placed) == pytest.approx(solved_energy(solved), rel=1e-9)
+    assert len(clusters(solved.seams, solved.placed.frames)) == 1
+    assert joint_price(solved.placed) == pytest.approx(solved_energy(solved), rel=1e-9)
+    np.testing.assert_allclose(joint_shares(solved.placed), solved_energies(solved), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 81.0, 1296.0])
@@ -78,6 +86,25 @@ def test_the_price_of_one_seam_is_the_energy_of_the_result(stiffness):
         price = exact_price(prices, pieces)
         assert price == pytest.approx(solved_energy(solved), rel=1e-9)
         assert price == pytest.approx(seam_price(solved.placed, solved.seams[0]), rel=1e-9)
+
+
+@settings(max_examples=30)
+@given(SEEDS, st.integers(20, 80), st.integers(20, 80), st.sampled_from([0.5, 3.0]))
+def test_the_price_of_an_isolated_seam_is_the_energy_of_any_result(seed, out, into, stiffness):
+    clips = dict(
+        zip("ab", (random_motion(seed % 1000 + i, joints=5, frames=100, bend=1.0) for i in range(2)), strict=True)
+    )
+    solved = solve_timeline(joined(clips["a"], clips["b"], [("a", 0, out), ("b", into, 100)], stiffness), clips)
+    assert seam_price(solved.placed, solved.seams[0]) == pytest.approx(solved_energy(solved), rel=1e-9)
+
+
+def test_seams_farther_apart_than_their_windows_are_priced_one_by_one():
+    clips = {"a": sample("walk"), "b": sample("kick")}
+    for pasted, alone in ((100, True), (10, False)):
+        line = joined(clips["a"], clips["b"], [("a", 0, 90), ("b", 30, 30 + pasted), ("a", 100, 201)], 1.0)
+        placed = place_timeline(line, clips)
+        apart = sum(seam_price(placed, seam) for seam in placed.seams)
+        assert (joint_price(placed) == pytest.approx(apart, rel=1e-9)) == alone
 
 
 @given(SEEDS, st.lists(st.integers(2, 12), min_size=2, max_size=4), st.sampled_from([0.5, 81.0, 1e4]))
@@ -129,13 +156,17 @@ def test_the_map_is_the_features_distance(seed):
 def test_the_best_cut_is_the_least_of_all(seed, weights):
     a, b = pair(seed)
     prices = price_map(a, b, stiffness=10.0, weights=weights)
-    least = min((prices.costs[i, j], i, j) for i in range(1, a.frames + 1) for j in range(b.frames))
+    keep = prices.apart
+    least = min((prices.costs[i, j], i, j) for i in range(keep, a.frames + 1) for j in range(b.frames - keep + 1))
     cut = best_cut(a, b, stiffness=10.0, weights=weights)
     assert (cut.cost, cut.out, cut.into) == least
     assert (cut.separable, cut.difference) == (
         prices.price(cut.out, cut.into),
         pytest.approx(cut.price / cut.separable - 1),
     )
+    least = min((prices.costs[i, j], i, j) for i in range(1, a.frames + 1) for j in range(b.frames))
+    cut = best_cut(a, b, outs=(1, a.frames), intos=(0, b.frames - 1), stiffness=10.0, weights=weights)
+    assert (cut.cost, cut.out, cut.into) == least
     inside = min((prices.costs[i, j], i, j) for i in range(5, 9) for j in range(11, 21))
     cut = best_cut(a, b, outs=(5, 8), intos=(11, 20), stiffness=10.0, weights=weights)
     assert (cut.cost, cut.out, cut.into) == inside
@@ -148,9 +179,35 @@ def test_many_cuts_are_minima_and_apart():
     assert [c.cost for c in cuts] == sorted(c.cost for c in cuts)
     places = [(c.out, c.into) for c in cuts]
     for n, (i, j) in enumerate(places):
-        near = prices.costs[max(i - 1, 1) : i + 2, max(j - 1, 0) : min(j + 2, prices.b.frames)]
+        first, last = prices.apart, prices.b.frames - prices.apart
+        near = prices.costs[max(i - 1, first) : i + 2, max(j - 1, 0) : min(j + 2, last + 1)]
         assert prices.costs[i, j] == near.min()
         assert all(max(abs(i - k), abs(j - m)) >= prices.apart for k, m in places[:n])
+
+
+def test_the_exact_order_is_that_of_a_longer_list():
+    prices = price_map(sample("walk"), sample("kick"))
+    ends = {"outs": (1, 12), "intos": (0, 150)}  # where few frames are left to bear a seam
+    by_map, longer, exact = (best_cuts(prices, n, exact=e, apart=4, **ends) for n, e in ((5, 0), (20, 0), (5, 1)))
+    assert len(by_map) == len(exact) == 5
+    assert list(exact) == sorted(longer, key=lambda cut: cut.exact_cost)[:5]
+    assert [c.out for c in exact] != [c.out for c in by_map]
+    assert by_map == longer[:5]
+
+
+@pytest.mark.parametrize("weights", ["even", None])
+def test_the_exact_cost_has_the_exact_price_in_it(weights):
+    prices = price_map(sample("run"), sample("jump"), weights=weights)
+    for cut in best_cuts(prices, 3, outs=(3, 60)):
+        pieces = [("a", 0, cut.out), ("b", cut.into, prices.b.frames)]
+        clips = {"a": prices.a, "b": prices.b}
+        energies = solved_energies(solve_timeline(joined(prices.a, prices.b, pieces, prices.stiffness), clips))
+        each = np.ones(len(energies)) if weights == "even" else joint_weights(prices.a.skeleton)
+        gap = (prices.first[cut.out] - prices.second[cut.into])[:-4].reshape(-1, 6)
+        rest = cut.cost - each @ (gap**2).sum(axis=1)
+        assert cut.exact_cost == pytest.approx(rest + each @ energies, rel=1e-9)
+        if weights == "even":
+            assert (cut.exact_cost, cut.cost) == (pytest.approx(cut.price), pytest.approx(cut.separable))
 
 
 @given(SEEDS, st.floats(-3, 3))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,13 @@ from hypothesis import strategies as st
 from kinestitch.errors import RangeError
 from kinestitch.samples import sample
 from kinestitch.search.price import price_map
-from kinestitch.search.replacement import Limits, best_replacement, replacement_from, sliding_minimum
+from kinestitch.search.replacement import (
+    Limits,
+    best_replacement,
+    best_replacements,
+    replacement_from,
+    sliding_minimum,
+)
 from kinestitch.testing import random_motion
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -62,7 +69,27 @@ def test_left_open():
     a, b = (random_motion(i, frames=12) for i in range(2))
     found = best_replacement(a, b, stiffness=0.01)
     prices = price_map(a, b, stiffness=0.01)
-    assert found.cost == pytest.approx(brute_force(prices.costs, Limits(removed=(1, 12), pasted=(4, 12))), rel=1e-12)
+    assert prices.apart == 2
+    own = Limits(start=(2, 11), stop=(1, 10), removed=(1, 12), pasted=(4, 12))
+    assert found.cost == pytest.approx(brute_force(prices.costs, own), rel=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_several_are_well_apart_and_each_goes_out_most_cheaply(seed):
+    a, b = (random_motion(seed % 1000 + i, frames=16) for i in range(2))
+    prices = price_map(a, b, stiffness=0.01)
+    limits = Limits(start=(1, 15), stop=(1, 15), removed=(2, 9), pasted=(3, 12))
+    found = best_replacements(prices, limits, 4)
+    assert found[0] == replacement_from(prices, limits)
+    assert [one.cost for one in found] == sorted(one.cost for one in found)
+    ways_in = [(one.start, one.clip_start) for one in found]
+    for n, ((start, into), one) in enumerate(zip(ways_in, found, strict=True)):
+        here = replace(limits, start=(start, start), clip_start=(into, into))
+        assert one.cost == pytest.approx(brute_force(prices.costs, here), rel=1e-12)
+        assert all(max(abs(start - i), abs(into - j)) >= prices.apart for i, j in ways_in[:n])
+    exact = best_replacements(prices, limits, 2, exact=True)
+    assert list(exact) == sorted(best_replacements(prices, limits, 8), key=lambda one: one.exact_cost)[:2]
 
 
 def test_the_price_counts_both_seams_together():

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kinestitch as ks
 from kinestitch.edit.timeline import Seam
 from kinestitch.errors import ParameterError
 from kinestitch.search.price import price_map
-from kinestitch.search.snap import snap
+from kinestitch.search.snap import Reach, as_long_as_before, snap
+from kinestitch.solve.energy import joint_price
+from kinestitch.solve.placed import place_timeline
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +45,49 @@ def test_every_seam_moves_and_none_is_lost(clips):
     assert any(move != (0, 0) for move in found.moves)
     reach = 60
     assert all(abs(out) <= reach and abs(into) <= reach for out, into in found.moves)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3))
+def test_the_cheapest_moves_that_keep_the_length(seed, seams):
+    rng = np.random.default_rng(seed)
+    choices, moves = [], []
+    for _ in range(seams):
+        outs, intos = (np.arange(-rng.integers(0, 3), rng.integers(0, 3) + 1) for _ in range(2))
+        costs = np.where(rng.random((len(outs), len(intos))) < 0.2, np.inf, rng.random((len(outs), len(intos))))
+        costs[-outs[0], -intos[0]] = rng.random()
+        choices.append(Reach((0, 0), (outs[0], outs[-1]), (intos[0], intos[-1]), costs, np.empty(0), np.empty(0)))
+        moves.append([(i, j) for i in range(len(outs)) for j in range(len(intos))])
+
+    def told(entries) -> tuple[int, float]:
+        pairs = list(zip(choices, entries, strict=True))
+        longer = sum(out - into for out, into in (c.moves(entry) for c, entry in pairs))
+        return longer, sum(float(c.costs[i, j]) for c, (i, j) in pairs)
+
+    least = min(cost for longer, cost in map(told, product(*moves)) if longer == 0)
+    assert told(as_long_as_before(choices)) == (0, pytest.approx(least, rel=1e-12))
+
+
+@pytest.mark.parametrize("seconds", [0.1, 0.5])
+def test_the_length_is_kept(clips, seconds):
+    line = ks.timeline(clips, "walk")
+    for at in (150, 60):
+        line = ks.replace(line, at, at + 30, "kick", 30, 80)
+    free, kept = (snap(line, clips, seconds, weights="even", keep_length=keep) for keep in (False, True))
+    assert free.timeline.frames != line.frames
+    assert kept.timeline.frames == line.frames
+    assert sum(out - into for out, into in kept.moves) == 0
+    assert kept.moves != ((0, 0),) * 4
+    assert free.separable < kept.separable
+
+
+def test_the_price_of_all_seams_is_told_beside_the_sum(clips):
+    line = ks.replace(ks.timeline(clips, "walk"), 60, 70, "kick", 60, 70)
+    near = snap(line, clips, 0.05)
+    far = snap(ks.replace(ks.timeline(clips, "walk"), 50, 130, "kick", 20, 120), clips, 0.05)
+    for found in (near, far):
+        assert found.after == joint_price(place_timeline(found.timeline, clips))
+        assert found.difference == pytest.approx(found.after / found.separable - 1)
+    assert abs(far.difference) < 0.03 < abs(near.difference)
 
 
 def test_no_deletion_is_undone(clips):

@@ -7,6 +7,8 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_about_axis, quat_distance, quat_multiply
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, Timeline
+from kinestitch.solve.energy import joint_price, seam_price
+from kinestitch.solve.solved import Solved
 from kinestitch.solve.stitch import solve_timeline
 
 FRAMES = 200
@@ -27,6 +29,22 @@ def turning(total: float, start: float) -> Motion:
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270, 300, 330, 345, 360, 400, 700])
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_no_gap_is_closed_the_long_way(degrees, sign):
+    solved = with_a_turn(degrees, sign)
+    gaps = [quat_distance(solved.cut.rotations[m - 1, 1], solved.cut.rotations[m, 1]) for m in (80, 140)]
+    moved = quat_distance(solved.motion.rotations[:, 1], solved.cut.rotations[:, 1])
+    assert moved.max() <= 0.65 * max(gaps) + 0.05
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 330, 345, 360, 400, 700])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_no_gap_is_priced_the_long_way(degrees, sign):
+    placed = with_a_turn(degrees, sign).placed
+    alone = sum(seam_price(placed, seam) for seam in placed.seams)
+    assert joint_price(placed) == pytest.approx(alone, rel=0.05)
+
+
+def with_a_turn(degrees: float, sign: int) -> Solved:
+    """Some of the still arm's frames replaced by those in which the other one turns."""
     still, turn = turning(0.0, 0.3), turning(sign * np.radians(degrees), 0.0)
     infos = (ClipInfo("still", FRAMES, 30.0), ClipInfo("turn", FRAMES, 30.0))
     segments = (
@@ -34,7 +52,5 @@ def test_no_gap_is_closed_the_long_way(degrees, sign):
         Segment("turn", FrameRange(70, 130)),
         Segment("still", FrameRange(100, 200)),
     )
-    solved = solve_timeline(Timeline(infos, segments, (Seam(), Seam()), 30.0), {"still": still, "turn": turn})
-    gaps = [quat_distance(solved.cut.rotations[m - 1, 1], solved.cut.rotations[m, 1]) for m in (80, 140)]
-    moved = quat_distance(solved.motion.rotations[:, 1], solved.cut.rotations[:, 1])
-    assert moved.max() <= 0.65 * max(gaps) + 0.05
+    line = Timeline(infos, segments, (Seam(), Seam()), 30.0)
+    return solve_timeline(line, {"still": still, "turn": turn})

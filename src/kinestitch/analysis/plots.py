@@ -16,6 +16,7 @@ from kinestitch.core.atomic import replacing
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_continuous, quat_log, quat_mean, quat_multiply
 from kinestitch.errors import SkeletonMismatchError, UnsupportedFormatError
+from kinestitch.solve.contacts import Mask, runs
 from kinestitch.solve.laplacian import second_difference
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 _AXES = (("x", "#0072B2"), ("y", "#009E73"), ("z", "#D55E00"))
 _BRIGHTEST = 95.0  # percent of a map's costs that the colours tell apart
+_FEET = (("left", "#0072B2"), ("right", "#D55E00"))
 _BEFORE, _AFTER, _SEAM = "#9A9A9A", "#111111", "#CC79A7"
 
 
@@ -93,31 +95,53 @@ def plot_costs(
     cuts: Sequence[tuple[int, int]] = (),
     names: tuple[str, str] = ("A", "B"),
     label: str = "cost",
+    standing: tuple[Mask, Mask] | None = None,
 ) -> None:
     """Draw what every seam between two clips would cost as a map, with the chosen cuts numbered; suffix as for
     :func:`plot_joint`.
 
-    costs : (F_a + 1, F_b + 1) by where the first clip ends and where the second one begins; cuts : such pairs
+    costs : (F_a + 1, F_b + 1) by how many frames of the first clip are shown and where the second one begins
+    cuts : such pairs; standing : (F_a, 2), (F_b, 2), when the left and the right foot stand, drawn as bars
 
     Raises UnsupportedFormatError, OutputError.
     """
+    from matplotlib.colors import PowerNorm
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(7.0, 5.4), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure(figsize=(7.6, 5.6), layout="constrained")
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.set(w_pad=0.02, h_pad=0.02, wspace=0.0, hspace=0.0)  # type: ignore[call-arg]
+    panels = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1, 18), width_ratios=(22, 1))
+    (over, corner), (axes, beside) = panels
     shown = costs[1:, :-1]
-    extent = (-0.5, shown.shape[1] - 0.5, 0.5, shown.shape[0] + 0.5)
-    top = float(np.percentile(shown, _BRIGHTEST))
-    picture = axes.imshow(
-        shown, origin="lower", extent=extent, aspect="auto", cmap="cividis_r", vmin=shown.min(), vmax=top
-    )
+    extent = (-0.5, shown.shape[1] - 0.5, -0.5, shown.shape[0] - 0.5)
+    norm = PowerNorm(0.5, shown.min(), max(float(np.percentile(shown, _BRIGHTEST)), shown.min() + 1e-12))
+    picture = axes.imshow(shown, origin="lower", extent=extent, aspect="auto", cmap="cividis_r", norm=norm)
     for number, (out, into) in enumerate(cuts, start=1):
-        axes.plot(into, out, "o", markersize=13, color=_SEAM, markeredgecolor="white")
-        axes.annotate(str(number), (into, out), color="white", ha="center", va="center", fontsize=8, weight="bold")
+        axes.plot(into, out - 1, "o", markersize=13, color=_SEAM, markeredgecolor="white", clip_on=False)
+        axes.annotate(str(number), (into, out - 1), color="white", ha="center", va="center", fontsize=8, weight="bold")
     axes.set_xlabel(f"{names[1]} from this frame on")
     axes.set_ylabel(f"{names[0]} up to this frame")
-    figure.colorbar(picture, label=label, extend="max")
+    for side in (over, corner, beside):
+        side.set_axis_off()
+    if standing is not None:
+        _feet(over, standing[1], beside, standing[0])
+    figure.colorbar(picture, ax=panels, label=f"{label}; bright is cheap", extend="max")
     save_figure(figure, path)
+
+
+def _feet(over: Axes, along: Mask, beside: Axes, upwards: Mask) -> None:
+    """Bars above a map and to its right, in the frames in which each foot stands."""
+    for row, (name, colour) in enumerate(_FEET):
+        for start, stop in runs(along[:, row]):
+            over.barh(-row, stop - start, 0.7, start - 0.5, color=colour)
+        for start, stop in runs(upwards[:, row]):
+            beside.bar(row, stop - start, 0.7, start - 0.5, color=colour)
+        over.barh(0, 0, color=colour, label=f"{name} foot stands")
+    over.set_ylim(-1.5, 0.5)
+    beside.set_xlim(-0.5, 1.5)
+    over.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.0)
 
 
 def _two_panels() -> tuple[Figure, Sequence[Axes]]:

@@ -16,6 +16,7 @@ from kinestitch.cli.outputs import check_output, refuse_suffix
 if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
     from kinestitch.search.price import Cut, Places, PriceMap
+    from kinestitch.solve.contacts import Mask
 
 Named = tuple[str, int | None, int | None]
 
@@ -26,7 +27,10 @@ Named = tuple[str, int | None, int | None]
 @click.option("--top", type=click.IntRange(1, 1000), default=5, show_default=True, metavar="N", help="How many.")
 @click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of the seam.  [default: 0.1]")
 @click.option("--lambda", "stiffness", type=NOT_NEGATIVE, metavar="X", help="The same as the method's own λ.")
-@click.option("--even", is_flag=True, help="Search by plain price: all joints alike, the root's speed left out.")
+@click.option("--even", is_flag=True, help="Search by plain price: all joints alike, root's speed and feet left out.")
+@click.option(
+    "--contacts/--no-contacts", default=True, show_default=True, help="Prefer cuts inside stances of the same foot."
+)
 @click.option("--plot", type=FILE, metavar="OUT", help="Draw the map of all cuts: .png, .svg or .pdf.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
@@ -39,14 +43,15 @@ def cuts(
     smooth: float | None,
     stiffness: float | None,
     even: bool,
+    contacts: bool,
     plot: str | None,
     as_json: bool,
 ) -> None:
     """List the cheapest cuts from clip A into clip B, each well apart from the others.
 
     A and B are clips and maybe a range of their frames to look in, PATH@START:STOP. The price is how many rad² the
-    solved seam will cost, known before it is solved; the cost is the same with weighted joints and the root's speed,
-    and what the list is ordered by.
+    solved seam will cost, known before it is solved; the cost is the same with weighted joints, the root's speed and
+    the feet that stand, and what the list is ordered by.
 
     \b
     Examples:
@@ -61,9 +66,9 @@ def cuts(
         from kinestitch.search.price import best_cuts, price_map
 
         weights = "even" if even else None
-        prices = price_map(a, b, stiffness=stiffness, smoothing=smooth, weights=weights)
+        prices = price_map(a, b, stiffness=stiffness, smoothing=smooth, weights=weights, contacts=contacts)
         outs, intos = _window(first, a, prices.a, last=True), _window(second, b, prices.b, last=False)
-        found = best_cuts(prices, top, outs=outs, intos=intos)
+        found = best_cuts(prices, top, outs=outs, intos=intos, exact=True)
         if plot is not None:
             step("drawing")
             _draw(prices, found, (first[0], second[0]), plot)
@@ -122,7 +127,8 @@ def _json(prices: PriceMap, found: Sequence[Cut], fps: float) -> str:
     from kinestitch.cli.seam_table import as_json
 
     listed = [{**asdict(cut), "into": _own_frame(prices, cut.into, fps), "difference": cut.difference} for cut in found]
-    return as_json({"lambda": prices.stiffness, "fps": prices.a.fps, "weighted": prices.weighted, "cuts": listed})
+    told = {"lambda": prices.stiffness, "fps": prices.a.fps, "weighted": prices.weighted}
+    return as_json({**told, "contacts": prices.standing is not None, "cuts": listed})
 
 
 def _show(prices: PriceMap, found: Sequence[Cut], b: Motion, paths: tuple[str, str]) -> None:
@@ -131,11 +137,15 @@ def _show(prices: PriceMap, found: Sequence[Cut], b: Motion, paths: tuple[str, s
     out = console()
     names = [Path(path).stem for path in paths]
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
-    for title in ("#", f"{names[0]} up to", f"{names[1]} from", "cost", "price rad²", "off the map's"):
-        table.add_column(title, justify="right", overflow="fold")
+    feet = () if prices.standing is None else ("feet",)
+    for title in ("#", f"{names[0]} up to", f"{names[1]} from", "cost", "price rad²", "off the map's", *feet):
+        table.add_column(title, justify="left" if title == "feet" else "right", overflow="fold")
     for number, cut in enumerate(found, start=1):
         into = _own_frame(prices, cut.into, b.fps)
-        told = (f"{cut.cost:.4g}", f"{cut.price:.4g}", f"{100 * cut.difference:+.1f} %")
+        told = [f"{cut.exact_cost:.4g}", f"{cut.price:.4g}", f"{100 * cut.difference:+.1f} %"]
+        if prices.standing is not None:
+            before, after = prices.standing[0][cut.out - 1], prices.standing[1][cut.into]
+            told.append(f"{_feet(before)} → {_feet(after)}")
         table.add_row(str(number), str(cut.out - 1), str(into), *told)
     out.print(table)
     out.print("Price: exact, as it will be solved; off the map's: by how much that differs from the map's own price.")
@@ -146,10 +156,15 @@ def _show(prices: PriceMap, found: Sequence[Cut], b: Motion, paths: tuple[str, s
         out.print(f"kinestitch stitch {paths[0]}{rest} --append {paths[1]}@{into}: -o OUT")
 
 
+def _feet(held: Mask) -> str:
+    """Which of the feet (left, right) stand, in words."""
+    return "both" if held.all() else "none" if not held.any() else "left" if held[0] else "right"
+
+
 def _draw(prices: PriceMap, found: Sequence[Cut], paths: tuple[str, str], output: str) -> None:
     from kinestitch.analysis.plots import plot_costs
 
     first, second = (Path(path).stem for path in paths)
     label = "cost" if prices.weighted else "price E* (rad²)"
     places = [(cut.out, cut.into) for cut in found]
-    plot_costs(prices.costs, output, cuts=places, names=(first, second), label=label)
+    plot_costs(prices.costs, output, cuts=places, names=(first, second), label=label, standing=prices.standing)

@@ -36,7 +36,7 @@ class SpeedType(click.ParamType):
 
 
 def time_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The options ``--speed``, ``--align-steps`` and ``--warp`` of a command."""
+    """The options ``--keep-length``, ``--speed``, ``--align-steps`` and ``--warp`` of a command."""
     for option in (
         click.option(
             "--warp",
@@ -57,6 +57,9 @@ def time_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="N=FACTOR",
             help="Play segment N of the result, counted from 1, at this speed.",
         ),
+        click.option(
+            "--keep-length", is_flag=True, help="With --snap, only moves that leave the result as long as it was."
+        ),
     ):
         command = option(command)
     return command
@@ -65,8 +68,13 @@ def time_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def in_time(opened: Opened, wishes: dict[str, Any], step: Callable[[str], None]) -> tuple[Opened, list[str]]:
     """The edit with its segments' speeds, its seams moved and time bent around them; and a sentence for each change.
 
-    wishes : the command's options, of which ``speed``, ``align_steps``, ``snap`` and ``warp`` count, in this order
+    wishes : the command's options, of which ``speed``, ``align_steps``, ``snap``, ``keep_length`` and ``warp`` count,
+    in this order
     """
+    if wishes["keep_length"] and wishes["snap"] is None:
+        raise click.UsageError("Expected --snap with --keep-length, which says how far seams may move.")
+    if wishes["keep_length"] and wishes["align_steps"] is not None:
+        raise click.UsageError("Expected --keep-length without --align-steps, whose moves change the length.")
     opened, notes = _paced(opened, wishes["speed"])
     if wishes["align_steps"] is not None:
         step("looking for steps")
@@ -74,7 +82,7 @@ def in_time(opened: Opened, wishes: dict[str, Any], step: Callable[[str], None])
         notes += told
     elif wishes["snap"] is not None:
         step("looking for cheaper cuts")
-        opened, told = snapped(opened, wishes["snap"])
+        opened, told = snapped(opened, wishes["snap"], keep_length=wishes["keep_length"])
         notes += told
     if wishes["warp"] is not None:
         step("bending time")
@@ -107,7 +115,7 @@ def _aligned(opened: Opened, wishes: dict[str, Any]) -> tuple[Opened, list[str]]
 
     seconds, warp = wishes["align_steps"], wishes["warp"]
     found = align_phase(opened.timeline, opened.clips, seconds, snap=wishes["snap"])
-    notes = move_notes(opened.timeline, found.timeline, found.moves, (found.before, found.after))
+    notes = move_notes(opened.timeline, found.timeline, found.moves, (found.before, found.after, found.separable))
     notes += _without_steps(opened, found.gaps_before)
     for seam, gap in enumerate(found.gaps_after):
         if warp is None and abs(gap) > TOLERANCE + 1e-9:  # never of NaN

@@ -15,7 +15,7 @@ from kinestitch.errors import ParameterError
 from kinestitch.search.features import column_scales
 from kinestitch.search.phase import Steps, find_steps
 from kinestitch.search.price import Places, check_weights
-from kinestitch.search.snap import Reach, cheapest, moved_seams, within_reach
+from kinestitch.search.snap import Reach, cheapest, feet_of, moved_seams, within_reach
 from kinestitch.solve.energy import joint_price
 from kinestitch.solve.placed import Placed, place_timeline
 from kinestitch.solve.seam import SeamPlace
@@ -32,6 +32,7 @@ class Aligned:
     gaps_before, gaps_after : (S − 1,) rad, the right side's phase less the left one's, within half a turn; NaN where a
         side makes no steps
     before, after : E* in rad² of all seams together (Eq. 17)
+    separable : E* in rad² after, the sum of the seams, each as if it were alone (Eq. 18)
     """
 
     timeline: Timeline
@@ -40,6 +41,7 @@ class Aligned:
     gaps_after: tuple[float, ...]
     before: float
     after: float
+    separable: float
 
 
 def align_phase(
@@ -50,13 +52,14 @@ def align_phase(
     snap: float | None = None,
     tolerance: float = float(TOLERANCE),
     weights: ArrayLike | str | None = None,
+    contacts: bool = True,
 ) -> Aligned:
     """Move both sides of every seam between steps to the cheapest pair of places within `seconds` whose phases meet.
 
     snap : s; seams with a side that makes no steps move to the cheapest pair within this reach, and aligned ones may
         move that far too; left out, the former stay
     tolerance : rad by which the phases of a pair may differ; where none is that near, the nearest pair counts
-    weights : as for :func:`price_map`
+    weights, contacts : as for :func:`price_map`
 
     What :func:`snap` says of segments between two seams, of jumps within one clip and of hard cuts holds here too.
 
@@ -67,23 +70,28 @@ def align_phase(
             raise ParameterError(f"Expected a {name} ≥ 0, got {value}.")
     placed = place_timeline(timeline, clips)
     steps = find_steps(timeline, clips)
-    scales = column_scales(placed.skeleton, check_weights(placed.skeleton, weights))
+    chosen = check_weights(placed.skeleton, weights)
+    scales = column_scales(placed.skeleton, chosen)
+    feet = feet_of(placed) if contacts and chosen is not None else {}
     before = phase_gaps(timeline, steps)
     reach = round(max(seconds, snap or 0.0) * timeline.fps)
-    moves = [(0, 0)] * len(timeline.seams)
+    moves, separable = [(0, 0)] * len(timeline.seams), 0.0
     for seam in placed.seams:
         if seam.stiffness == 0:
             continue
         if np.isfinite(before[seam.index]):
-            found = within_reach(placed, seam, reach, scales)
-            moves[seam.index] = cheapest(placed, seam, meeting(placed, seam, found, steps, tolerance))
+            found = meeting(placed, seam, within_reach(placed, seam, reach, scales, feet), steps, tolerance)
         elif snap is not None:
-            found = within_reach(placed, seam, round(snap * timeline.fps), scales)
-            moves[seam.index] = cheapest(placed, seam, found)
+            found = within_reach(placed, seam, round(snap * timeline.fps), scales, feet)
+        else:
+            found = within_reach(placed, seam, 0, scales)
+        entry = cheapest(found)
+        moves[seam.index] = found.moves(entry)
+        separable += found.price(entry)
     moved = moved_seams(timeline, moves)
     after = joint_price(place_timeline(moved, clips))
     gaps = phase_gaps(moved, steps)
-    return Aligned(moved, tuple(moves), before, gaps, joint_price(placed), after)
+    return Aligned(moved, tuple(moves), before, gaps, joint_price(placed), after, separable)
 
 
 def phase_gaps(timeline: Timeline, steps: Steps) -> tuple[float, ...]:

@@ -264,6 +264,19 @@ def _takes_long_way(charted: Charted) -> NDArray[np.bool_]:
     return np.asarray(far.any(axis=(0, 1)))
 
 
+def offsets_as_solved(charted: Charted, straddling: Array) -> Array:
+    """:attr:`Charted.offsets`, but those of joints that :func:`mid_tangent` solves because their gap is told the long
+    way round are told in its tangents: (3, 2S, J) rad.
+
+    straddling : (S, 4, J, 4)
+    """
+    offsets, joints = charted.offsets, np.flatnonzero(_takes_long_way(charted))
+    if len(joints):
+        gaps = [_mid_offsets(poses)[1] for poses in straddling[:, :, joints]]
+        offsets[:, :, joints] = np.moveaxis(np.concatenate(gaps), -1, 0)
+    return offsets
+
+
 def _near_seams(cluster: Cluster) -> np.ndarray:
     near = np.zeros(cluster.frames, dtype=bool)
     for seam, m in zip(cluster.seams, cluster.local_frames, strict=True):

@@ -12,7 +12,7 @@ from kinestitch.core.components import join
 from kinestitch.core.rotation import Array
 from kinestitch.core.skeleton import Skeleton
 from kinestitch.rig.hips import hips_joint
-from kinestitch.solve.chart import centred_chart
+from kinestitch.solve.chart import centred_chart, offsets_as_solved
 from kinestitch.solve.laplacian import solve_bands
 from kinestitch.solve.placed import Placed, straddling, target_window
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, seam_energy
@@ -44,26 +44,36 @@ def _priced_parts(placed: Placed, cluster: Cluster) -> list[tuple[list[int], Clu
 
 
 def joint_price(placed: Placed) -> float:
-    """E* in rad² of all seams together: what neighbours share and where the clip ends counts (Eq. 17).
+    """E* in rad² of all seams together: what neighbours share and where the clip ends counts (Eq. 17)."""
+    return float(joint_shares(placed).sum())
 
-    Joints that turn almost all the way round are priced in the cluster's chart, like all others.
+
+def joint_shares(placed: Placed) -> Array:
+    """What each joint has of :func:`joint_price`: (J,) rad², nothing above the hips.
+
+    Joints whose gap a cluster's chart would tell the long way round are told as they are solved, one seam at a time.
     """
-    total = 0.0
+    shares = np.zeros(placed.skeleton.joint_count)
     way = way_to_hips(placed)
     for cluster in clusters(placed.seams, placed.frames):
         rotations, _ = target_window(placed, cluster.start, cluster.stop)
         poses = np.stack([straddling(placed, seam).rotations for seam in cluster.seams])
         hips_to_world(way, rotations)
         hips_to_world(way, poses)
-        charted = chart_window(placed, cluster, rotations, poses, "centred")
+        offsets = join(offsets_as_solved(chart_window(placed, cluster, rotations, poses, "centred"), poses))
         for joints, part in _priced_parts(placed, cluster):
-            offsets = charted.offsets[:, :, joints]
-            total += cluster_energy(part, join(offsets).reshape(offsets.shape[1], -1))
-    return total
+            energies = channel_energies(part, offsets[:, joints].reshape(len(offsets), -1))
+            shares[joints] += energies.reshape(-1, 3).sum(axis=1)
+    return shares
 
 
 def cluster_energy(cluster: Cluster, offsets: Array) -> float:
-    """The least energy of a cluster's seams solved together: ``eᵀ (Λ⁻¹ + LLᵀ)⁻¹ e`` summed over channels (Eq. 17).
+    """The least energy of a cluster's seams solved together, summed over channels; offsets as below (Eq. 17)."""
+    return float(channel_energies(cluster, offsets).sum())
+
+
+def channel_energies(cluster: Cluster, offsets: Array) -> Array:
+    """The least energy (C,) of a cluster's seams solved together: ``eᵀ (Λ⁻¹ + LLᵀ)⁻¹ e`` of each channel (Eq. 17).
 
     offsets : (2S, C) rad or m, rows d_{m−1} and d_m of each seam
     """
@@ -80,4 +90,4 @@ def cluster_energy(cluster: Cluster, offsets: Array) -> float:
     bands[2] = np.where(free, 1.0, 6.0 + 1.0 / np.where(free, 1.0, inner))
     bands[1, 1:] = -4.0 * there[1:] * there[:-1]
     bands[0, 2:] = there[2:] * there[:-2]
-    return float(np.vdot(error, solve_bands(bands, error.copy(order="F"))))
+    return np.asarray(np.einsum("tc,tc->c", error, solve_bands(bands, error.copy(order="F"))))
