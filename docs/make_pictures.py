@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from kinestitch.analysis.plots import plot_costs, plot_joint, save_figure
 from kinestitch.cli.demo import CUT, PASTED
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.retime import time_map
-from kinestitch.edit.timeline import Timeline
+from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Timeline
+from kinestitch.experiments.adaptive import study
 from kinestitch.render.filmstrip import filmstrip
 from kinestitch.render.paint import Stretch
 from kinestitch.render.video import Film, film, pictures
@@ -23,8 +25,10 @@ from kinestitch.samples import SAMPLE_NAMES
 from kinestitch.search.align import align_phase
 from kinestitch.search.price import best_cuts, price_map
 from kinestitch.search.warp import warp_steps
+from kinestitch.solve.adaptive import with_automatic
 from kinestitch.solve.contacts import find_contacts, legs_of, runs
 from kinestitch.solve.footlock import locked, placed_contacts
+from kinestitch.solve.placed import place_timeline
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
 
@@ -191,11 +195,42 @@ def _plot_speeds(axes: Axes, line: Timeline) -> None:
         axes.plot([], [], color=colour, label=info.source)
 
 
+def auto(folder: Path) -> None:
+    """How long each part of the body may take at the demo's two seams, and both rules on random cuts of the samples."""
+    line, clips = pasted_kick()
+    line = replace(line, seams=(ks.Seam(automatic=True),) * len(line.seams))
+    placed = with_automatic(place_timeline(line, clips))
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    bars, curves = figure.subplots(1, 2)
+    rows = np.arange(len(placed.groups))
+    for number, (seam, colour) in enumerate(zip(placed.seams, COLOURS, strict=False)):
+        times = [group.stiffness[number] ** 0.25 / line.fps for group in placed.groups]
+        bars.barh(rows + 0.36 * number - 0.18, times, height=0.34, color=colour, label=f"seam at frame {seam.frame}")
+    bars.axvline(DEFAULT_SMOOTHING, color="#666666", linewidth=0.9, linestyle="--")
+    bars.set_yticks(rows, [group.name.replace("_", " ") for group in placed.groups])
+    bars.invert_yaxis()
+    bars.set_xlabel("smoothing time (s); dashed: the default of a fixed one")
+    found = study({name: ks.sample(name, fps=30.0) for name in SAMPLE_NAMES}, "samples", seams=60).curves
+    shown = {"fixed": "one time for all seams", "auto, whole body": "--auto, body as one", "auto, by parts": "--auto"}
+    for (rule, label), colour in zip(shown.items(), ("#999999", COLOURS[1], COLOURS[0]), strict=True):
+        added, moved = found[rule].percentile("added", 95.0), found[rule].values["deviation"].mean(axis=1)
+        curves.loglog(added, moved, color=colour, marker="o", markersize=4, label=label)
+    curves.set_xlabel("added acceleration, 95th percentile")
+    curves.set_ylabel("mean deviation (°)")
+    for axis, ticks in ((curves.xaxis, (0.1, 1.0, 10.0)), (curves.yaxis, (0.5, 1.0, 2.0, 4.0))):
+        axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
+        axis.set_ticks([], minor=True)
+    for axes in (bars, curves):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.legend(frameon=False)
+    save_figure(figure, folder / "auto.png")
+
+
 def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps):
+    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps, auto):
         draw(folder)
 
 

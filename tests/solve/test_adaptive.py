@@ -18,9 +18,11 @@ from kinestitch.core.rotation import quat_about_axis, quat_multiply, rotvec_to_q
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Timeline
 from kinestitch.errors import ParameterError
 from kinestitch.rig.groups import joint_groups
+from kinestitch.solve import window
 from kinestitch.solve.adaptive import LEAST, MOST, UNSEEN, Share, with_automatic
+from kinestitch.solve.chart import mid_tangent
 from kinestitch.solve.energy import joint_price, seam_price
-from kinestitch.solve.placed import Placed, place_timeline, straddling
+from kinestitch.solve.placed import JointGroup, Placed, place_timeline, straddling
 from kinestitch.solve.sources import own_strength
 from kinestitch.solve.stitch import solve_placed, solve_timeline, stitch
 from kinestitch.testing import assert_motion_close, random_motion
@@ -202,6 +204,27 @@ def test_parts_of_one_stiffness_are_the_whole(chart: str):
     for parts in (same, apart):
         result = solve_placed(replace(parts, seams=seams), chart=chart)  # type: ignore[arg-type]
         assert_motion_close(result, whole, degrees=1e-6, metres=1e-9)
+
+
+def test_joints_that_turn_all_the_way_round_are_solved_alike_in_parts(monkeypatch: pytest.MonkeyPatch):
+    line_, clips = walk_and_kick()
+    kick = clips["kick"]
+    arm = kick.skeleton.index("mixamorig:LeftForeArm")
+    rotations = kick.rotations.copy()
+    rotations[:, arm] = quat_multiply(rotations[:, arm], quat_about_axis(0, np.linspace(0, 4 * np.pi, kick.frames)))
+    clips["kick"] = replace(kick, rotations=rotations)
+    placed = place_timeline(line_, clips)
+    seams = tuple(replace(s, stiffness=1e4) for s in placed.seams)
+    groups = [JointGroup(name, joints, (1e4, 1e4)) for name, joints in joint_groups(placed.skeleton).items()]
+    groups[2] = replace(groups[2], stiffness=(1e4, 1e4 * (1 + 1e-13)))
+    turned = []
+    monkeypatch.setattr(window, "mid_tangent", lambda *given: turned.append(given) or mid_tangent(*given))
+    whole = solve_placed(replace(placed, seams=seams))
+    assert len(turned) == 1
+    assert_motion_close(
+        solve_placed(replace(placed, seams=seams, groups=tuple(groups))), whole, degrees=1e-6, metres=1e-9
+    )
+    assert len(turned) == 2
 
 
 def test_seams_that_are_told_stay_as_they_are():

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -31,9 +32,8 @@ UNSEEN = Strength(1.0, 0.1, 0.3)
 NEAREST = 1.1
 """A bound that no λ keeps is replaced by this many times the least that any λ comes to."""
 
-_STEP = 1.3  # from one tried smoothing time to the next
-_CLOSE = 1e-3  # of a bound, by which a chosen λ may stay under it
-_TRIES = 12
+_MARGIN = 5e-4  # of a bound, that peaks between two steps may lie above a power law
+_STEP, _WIDE = 1.05, 5  # from one smoothing time that may be tried to the next, and how many at first are passed over
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,43 +109,47 @@ def _chosen(placed: Placed, number: int, limits: Array, groups: Mapping[str, Seq
     shortest, longest = LEAST * gap.fps, widest(placed, number) * gap.fps
     steps = math.ceil(math.log(longest / shortest) / math.log(_STEP))
     widths = [*(shortest * _STEP**step for step in range(steps)), longest]
-    turning = [added_turning(gap, width**4) for width in widths]
-    path = [added_to_path(gap, width**4) for width in widths]
+    order = [joint for joints in groups.values() for joint in joints]
+    first = np.cumsum([0, *(len(joints) for joints in groups.values())])[:-1]
+    travels = np.array([placed.carrier in joints for joints in groups.values()])
 
-    def least(joints: list[int]) -> float:
-        travels = placed.carrier in joints
+    @cache
+    def peaks(step: int) -> Array:
+        """(3, G): what each group's strongest joint adds, and the path."""
+        stiffness = widths[step] ** 4
+        turning = (np.maximum.reduceat(values, first) for values in added_turning(gap, stiffness, order))
+        return np.stack([*turning, added_to_path(gap, stiffness) * travels])
 
-        def peaks(width: float) -> Array:
-            acceleration, velocity = added_turning(gap, width**4, joints)
-            return np.array([acceleration.max(), velocity.max(), added_to_path(gap, width**4) if travels else 0.0])
+    def of(group: int) -> Callable[[int], Array]:
+        return lambda step: peaks(step)[:, group]
 
-        tried = np.array(
-            [(a[joints].max(), v[joints].max(), p * travels) for (a, v), p in zip(turning, path, strict=True)]
-        )
-        return _least(peaks, widths, tried, limits) ** 4
-
-    return [least(list(joints)) for joints in groups.values()]
+    return [_least(of(group), widths, limits) ** 4 for group in range(len(groups))]
 
 
-def _least(peaks: Callable[[float], Array], widths: Sequence[float], tried: Array, limits: Array) -> float:
-    """The least λ^¼ in frames whose peaks keep all limits, to a thousandth of a limit (Eq. 29).
+def _least(peaks: Callable[[int], Array], widths: Sequence[float], limits: Array) -> float:
+    """The least λ^¼ in frames whose peaks keep all limits (Eq. 29).
 
-    widths : rising; tried : the peaks (K, 3) at each. Where no width keeps all limits, the one that breaks them least.
+    widths : rising; peaks : those (3,) at one of them, by its number
+
+    Wide steps find where all limits are kept for the first time, narrow ones where in between; between two of those
+    the peaks follow a power law. Where no width keeps all limits, the one that breaks them least.
     """
-    limits = np.maximum(limits, NEAREST * tried.min(axis=0))
-    excess = (tried / limits).max(axis=1)
-    keeps = int(np.argmax(excess <= 1.0)) if (excess <= 1.0).any() else int(np.argmin(excess))
-    if keeps == 0 or excess[keeps] > 1.0:
-        return widths[keeps]
-    low, high = widths[keeps - 1], widths[keeps]
-    over, under = math.log(excess[keeps - 1]), math.log(max(excess[keeps], 1e-12))
-    for _ in range(_TRIES):
-        if under > -_CLOSE:
-            break
-        middle = low * (high / low) ** min(0.95, over / (over - under) + 0.02)
-        value = math.log(max(float((peaks(middle) / limits).max()), 1e-12))
-        if value > 0:
-            low, over = middle, value
-        else:
-            high, under = middle, value
-    return high
+
+    def excess(step: int) -> float:
+        return float((peaks(step) / limits).max()) * (1.0 + _MARGIN)
+
+    tried = [*range(0, len(widths) - 1, _WIDE), len(widths) - 1]
+    keeps = next((k for k, step in enumerate(tried) if excess(step) <= 1.0), None)
+    if keeps is None:
+        limits = np.maximum(limits, NEAREST * np.min([peaks(step) for step in tried], axis=0))
+        keeps = next((k for k, step in enumerate(tried) if excess(step) <= 1.0), None)
+    if keeps is None:
+        return widths[min(tried, key=excess)]
+    if keeps == 0:
+        return widths[0]
+    low, high = tried[keeps - 1], tried[keeps]
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if excess(middle) <= 1.0 else (middle, high)
+    over, under = math.log(excess(low)), math.log(max(excess(high), 1e-12))
+    return widths[low] * (widths[high] / widths[low]) ** (over / (over - under))

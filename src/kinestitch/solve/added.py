@@ -98,7 +98,7 @@ def _response_to(gap: Gap, stiffness: float) -> _Response:
     return _response(stiffness, min(gap.before, near), min(gap.after, near))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=128)
 def _response(stiffness: float, before: int, after: int) -> _Response:
     cluster = Cluster(0, before + after, (SeamPlace(0, before, stiffness),))
     last = cluster.frames - 1

@@ -78,7 +78,12 @@ def own_strength(placed: Placed, seam: SeamPlace) -> Strength:
     if stop - start < 2:
         return Strength(0.0, 0.0, 0.0)
     into, out, (before, after) = own_velocities(placed, start, stop)
-    accelerations = ((out - into), (after - before))
-    turning, path = (np.linalg.norm(change, axis=-1) * placed.timeline.fps for change in accelerations)
-    speeds = np.maximum(*(np.linalg.norm(velocity, axis=-1).max(axis=1) for velocity in (out[:-1], into[1:])))
-    return Strength(*(float(np.percentile(sizes, PERCENTILE)) for sizes in (turning.max(axis=1), speeds, path)))
+    turning, path = _sizes((out - into) * placed.timeline.fps), _sizes((after - before) * placed.timeline.fps)
+    speeds = np.maximum(_sizes(out[:-1]), _sizes(into[1:]))
+    return Strength(*(float(np.percentile(sizes, PERCENTILE)) for sizes in (turning, speeds, path)))
+
+
+def _sizes(vectors: Array) -> Array:
+    """The size of each frame's largest vector: (n,) from (n, ..., 3)."""
+    squares = np.einsum("...i,...i->...", vectors, vectors)
+    return np.sqrt(squares.reshape(len(squares), -1).max(axis=1))
