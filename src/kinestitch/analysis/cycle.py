@@ -7,7 +7,7 @@ cannot be told from the rest of it passes, however fast the clip is.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,9 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_distance, quat_multiply, quat_to_rotvec
 from kinestitch.errors import SkeletonMismatchError
 from kinestitch.rig.carrier import world_of
-from kinestitch.solve.contacts import Contacts, find_contacts
-from kinestitch.solve.loop import Looped, repeated
+from kinestitch.solve.contacts import Contacts
+from kinestitch.solve.loop import Looped, opened, repeated
+from kinestitch.solve.loop_feet import lock_loop, loop_contacts
 from kinestitch.solve.root import GROUND
 from kinestitch.solve.seam import visible_reach
 
@@ -61,17 +62,22 @@ class LoopQuality:
         """Whether one of the ``GATES`` is not exceeded; what could not be measured does not exceed."""
         return not getattr(self, gate) > GATES[gate]
 
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """The ``GATES`` that are exceeded."""
+        return tuple(gate for gate in GATES if not self.keeps(gate))
+
 
 def loop_quality(looped: Looped, contacts: Contacts | None, *, before: bool = False) -> LoopQuality:
     """The numbers of a loop, or of the same frames before they were solved.
 
-    contacts : of the N frames of the cycle, by :func:`loop_contacts`
+    contacts : of the N frames of the cycle, by :func:`feet_of`
     """
     cycle = looped.cut if before else looped.motion
     last = cycle.frames - 1
     twice = repeated(cycle, 2)
     turns, ways, spins, pushes = _steps(twice)
-    own = _steps(replace(looped.cut, rotations=looped.cut.rotations[:-1], translations=looped.cut.translations[:-1]))
+    own = _steps(opened(looped.cut))
     typical = np.percentile(own[0].max(axis=1), _TYPICAL)
     reach = visible_reach(looped.stiffness)
     return LoopQuality(
@@ -110,20 +116,33 @@ def _slide(twice: Motion, contacts: Contacts, reach: int) -> float:
     return float(slides(twice, contacts.joints)[near][stands[near]].max(initial=0.0) * twice.fps)
 
 
-def loop_contacts(motion: Motion, looped: Looped) -> Contacts | None:
-    """When the feet stand, on the N frames of a cycle, told from the whole clip it is made of; None without feet."""
+def feet_of(motion: Motion, looped: Looped) -> Contacts | None:
+    """When the feet stand in a cycle of the clip `motion`; None on a rig without feet."""
     try:
-        found = find_contacts(motion)
+        return loop_contacts(motion, looped)
     except SkeletonMismatchError:
         return None
-    return Contacts(found.joints, found.held[looped.span.start : looped.span.stop])
+
+
+def with_feet_locked(motion: Motion, looped: Looped) -> Looped:
+    """The loop of the clip `motion` with its feet locked, where they slide over the seam and locking them exceeds no
+    more of the ``GATES``; else the loop as it is.
+    """
+    contacts = feet_of(motion, looped)
+    own = loop_quality(looped, contacts)
+    if contacts is None or own.keeps("foot_slide_m_s"):
+        return looped
+    other = lock_loop(motion, looped)
+    found = loop_quality(other, contacts)
+    better = len(found.missed) <= len(own.missed) and found.foot_slide_m_s < own.foot_slide_m_s
+    return other if better else looped
 
 
 def loop_report(motion: Motion, looped: Looped) -> Mapping[str, Any]:
     """A loop as one JSON object: its frames in the clip `motion`, how far it goes and turns in a cycle, by how much it
     was moved at most, and under ``gates`` each of the ``GATES`` before and after.
     """
-    contacts = loop_contacts(motion, looped)
+    contacts = feet_of(motion, looped)
     before, after = loop_quality(looped, contacts, before=True), loop_quality(looped, contacts)
     place, turn = world_of(looped.motion, looped.carrier)
     between = quat_multiply(turn[-1], quat_conjugate(turn[0]))

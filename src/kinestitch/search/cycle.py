@@ -16,7 +16,7 @@ from kinestitch.search.features import column_scales, place_features
 from kinestitch.search.price import check_weights, squared_distances
 from kinestitch.solve.loop import SHORTEST, around_seam
 
-_ALIKE, _NOTHING = 1.01, 1e-3  # of the least cost, and in its unit: among cycles so much alike the longest is taken
+_ALIKE, _NOTHING = 1.3, 1e-3  # of the least cost, and in its unit: among cycles so much alike the longest is taken
 _BLOCK = 512  # rows of the map of costs that are there at a time
 
 
@@ -61,11 +61,11 @@ def best_cycle(
     """
     value = Seam(stiffness, smoothing).lambda_at(motion.fps)
     fewest, most = _lengths(motion, shortest, longest)
-    ends = [span for span in _whole(motion) if fewest <= len(span) <= most]
+    ends = _whole(motion)
     features, around = _features(motion, ends, value, weights)
     costs, starts = _cheapest_by_length(features, fewest, most)
     for span, cost in zip(ends, around, strict=True):
-        if cost <= costs[len(span)]:
+        if fewest <= len(span) <= most and cost <= costs[len(span)]:
             costs[len(span)], starts[len(span)] = cost, span.start
     least = costs.min()
     frames = int(np.flatnonzero(costs <= _ALIKE * least + _NOTHING)[-1])

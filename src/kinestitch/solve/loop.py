@@ -76,7 +76,7 @@ def loop(
     (65, 193)
     """
     result = solve_loop(motion, start, stop, stiffness=stiffness, smoothing=smoothing).motion
-    return result if closed else _part(result, slice(0, -1))
+    return result if closed else opened(result)
 
 
 def solve_loop(
@@ -221,6 +221,11 @@ def _closed(
 
 def _part(motion: Motion, frames: slice) -> Motion:
     return replace(motion, rotations=motion.rotations[frames], translations=motion.translations[frames])
+
+
+def opened(cycle: Motion) -> Motion:
+    """A cycle without its last frame, which repeats the first."""
+    return _part(cycle, slice(0, -1))
 
 
 def repeated(cycle: Motion, times: int) -> Motion:
