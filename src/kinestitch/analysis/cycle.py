@@ -34,6 +34,8 @@ GATES: Mapping[str, float] = {
 }
 """What a good loop does not exceed."""
 
+_DECIMALS = dict(zip(GATES, (2, 4, 2, 3, 1, 2), strict=True))
+
 _TYPICAL = 95.0  # percent of a cycle's frames that turn no joint further than is typical
 
 
@@ -66,6 +68,12 @@ class LoopQuality:
     def missed(self) -> tuple[str, ...]:
         """The ``GATES`` that are exceeded."""
         return tuple(gate for gate in GATES if not self.keeps(gate))
+
+
+def gate_text(gate: str, value: float) -> str:
+    """A gate's value with as many decimals as matter."""
+    decimals = _DECIMALS[gate]
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
 def loop_quality(looped: Looped, contacts: Contacts | None, *, before: bool = False) -> LoopQuality:

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from kinestitch.solve.loop import Looped
 
 _ROWS = (
-    ("seam_ratio", "turn, of the typical largest", "{:.2f}"),
-    ("position_step_m", "position step, m over", "{:.4f}"),
-    ("rotation_step_deg", "rotation step, ° over", "{:.2f}"),
-    ("velocity_step_m_s", "velocity step, m/s over", "{:.3f}"),
-    ("angular_velocity_step_deg_s", "angular-velocity step, °/s over", "{:.1f}"),
-    ("foot_slide_m_s", "foot slide, m/s", "{:.2f}"),
+    ("seam_ratio", "turn, of the typical largest"),
+    ("position_step_m", "position step, m over"),
+    ("rotation_step_deg", "rotation step, ° over"),
+    ("velocity_step_m_s", "velocity step, m/s over"),
+    ("angular_velocity_step_deg_s", "angular-velocity step, °/s over"),
+    ("foot_slide_m_s", "foot slide, m/s"),
 )
-"""Gate, what a person calls it, and how its values are printed."""
+"""Gate, and what a person calls it."""
 
 
 @clip_verb("loop", "Make a clip repeat.")
@@ -160,14 +160,16 @@ def _write(report: str | None, numbers: Mapping[str, Any]) -> None:
 def _show(numbers: Mapping[str, Any], source: str, closed: bool) -> None:
     from rich.table import Table
 
+    from kinestitch.analysis.cycle import gate_text
+
     out = console()
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("at the seam", "before", "after", "at most", ""):
         table.add_column(title, justify="left" if title in {"at the seam", ""} else "right", overflow="fold")
-    for gate, label, form in _ROWS:
+    for gate, label in _ROWS:
         values = numbers["gates"][gate]
         if values["after"] == values["after"]:  # not NaN
-            cells = [form.format(values[when]) for when in ("before", "after")]
+            cells = [gate_text(gate, values[when]) for when in ("before", "after")]
             table.add_row(label, *cells, f"{values['bound']:g}", "ok" if values["kept"] else "more")
     out.print(table)
     out.print("Over: by how much more the worst joint does at the seam than anywhere else in the cycle.")

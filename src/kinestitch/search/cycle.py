@@ -14,7 +14,7 @@ from kinestitch.edit.timeline import FrameRange, Seam
 from kinestitch.errors import ParameterError, RangeError
 from kinestitch.search.features import column_scales, place_features
 from kinestitch.search.price import check_weights, squared_distances
-from kinestitch.solve.loop import SHORTEST, around_seam
+from kinestitch.solve.loop import SHORTEST, around_seam, repeats_first_pose
 
 _ALIKE, _NOTHING = 1.3, 1e-3  # of the least cost, and in its unit: among cycles so much alike the longest is taken
 _BLOCK = 512  # rows of the map of costs that are there at a time
@@ -102,10 +102,13 @@ def _lengths(motion: Motion, shortest: float | None, longest: float | None) -> t
 
 
 def _whole(motion: Motion) -> list[FrameRange]:
-    """The clip as a cycle, without its last frame, which then belongs to the next one, and with it."""
+    """The clip as a cycle, without its last frame, which then belongs to the next one; and with it, unless that shows
+    the first pose again.
+    """
     if motion.frames < SHORTEST:
         raise RangeError(f"Expected a clip of at least {SHORTEST} frames to loop, got {motion.frames}.")
-    return [FrameRange(0, motion.frames - 1), FrameRange(0, motion.frames)]
+    both = [FrameRange(0, motion.frames - 1), FrameRange(0, motion.frames)]
+    return both[:1] if repeats_first_pose(motion) else both
 
 
 def _features(

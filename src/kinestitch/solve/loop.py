@@ -64,7 +64,8 @@ def loop(
 
     |  start … stop  |   →   |  start … stop  |  start … stop  |  start … stop  | …
 
-    start, stop : all frames when left out; a last frame that repeats the first belongs to the next cycle, leave it out
+    start, stop : all frames when left out, but for a last one that shows the first pose again, which is the next
+    cycle's; :func:`kinestitch.search.cycle.best_cycle` finds the frames that fit best
     stiffness, smoothing : λ or τ in s, as of any seam
     closed : with one more frame, which repeats the first pose where the next cycle starts
 
@@ -138,9 +139,17 @@ def _span(motion: Motion, start: int, stop: int | None) -> FrameRange:
     if motion.frames < SHORTEST:
         raise RangeError(f"Expected a clip of at least {SHORTEST} frames to loop, got {motion.frames}.")
     span = FrameRange(start, motion.frames if stop is None else stop)
+    if stop is None and start == 0 and repeats_first_pose(motion):
+        return FrameRange(0, motion.frames - 1)
     if span.stop > motion.frames or len(span) < 2:
         raise RangeError(f"Expected a cycle of at least 2 of the clip's {motion.frames} frames, got {span}.")
     return span
+
+
+def repeats_first_pose(motion: Motion) -> bool:
+    """Whether a clip's last frame shows the pose of its first again, wherever the body stands and looks."""
+    carrier = loop_carrier(motion)
+    return weld(with_world_carrier(motion, carrier), FrameRange(0, motion.frames - 1), carrier).repeats
 
 
 def _solved_rotations(welded: Welded, stiffness: float) -> Array:
