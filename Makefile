@@ -44,7 +44,7 @@ bench: $(READY)  ## every benchmark in full; writes docs/benchmarks.md
 
 docs: $(READY)  ## the pictures, from the samples; and the tables, from the real clips where KINESTITCH_DATA is set
 	$(BIN)/python docs/make_pictures.py
-	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams features adaptive retargeting cutting; do \
+	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams features adaptive retargeting cutting loops; do \
 	$(BIN)/python -m kinestitch.experiments.$$table "$$KINESTITCH_DATA" -o docs/$$table.md || exit 1; done; \
 	$(BIN)/python -m kinestitch.experiments.phase "$$KINESTITCH_DATA" -o docs/time.md || exit 1; \
 	else echo "KINESTITCH_DATA is not set: the tables in docs stay as they are"; fi

@@ -16,6 +16,7 @@ from kinestitch.analysis.plots import plot_costs, plot_joint, save_figure
 from kinestitch.cli.demo import CUT, PASTED
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.retime import time_map
+from kinestitch.core.rotation import quat_conjugate, quat_multiply, quat_to_rotvec
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Timeline
 from kinestitch.experiments.adaptive import study
 from kinestitch.render.filmstrip import filmstrip
@@ -23,11 +24,13 @@ from kinestitch.render.paint import Stretch
 from kinestitch.render.video import Film, film, pictures
 from kinestitch.samples import SAMPLE_NAMES
 from kinestitch.search.align import align_phase
+from kinestitch.search.cycle import best_cycle, whole_cycle
 from kinestitch.search.price import best_cuts, price_map
 from kinestitch.search.warp import warp_steps
 from kinestitch.solve.adaptive import with_automatic
 from kinestitch.solve.contacts import find_contacts, legs_of, runs
 from kinestitch.solve.footlock import locked, placed_contacts
+from kinestitch.solve.loop import solve_loop
 from kinestitch.solve.placed import place_timeline
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import Cluster, SeamPlace, seam_curves, visible_reach
@@ -226,11 +229,37 @@ def auto(folder: Path) -> None:
     save_figure(figure, folder / "auto.png")
 
 
+def loops(folder: Path) -> None:
+    """A thigh over three cycles of a walk that is cut in the middle of a stride, and of its best frames."""
+    walk = ks.sample("walk")
+    clip = replace(walk, rotations=walk.rotations[11:160], translations=walk.translations[11:160])
+    joint = clip.skeleton.index("mixamorig:LeftUpLeg")
+    figure = Figure(figsize=(8.0, 4.4), layout="constrained")
+    panels = figure.subplots(2, 1, sharex=True)
+    for axes, cycle, label in zip(
+        panels, (whole_cycle(clip), best_cycle(clip)), ("all frames", "best frames"), strict=True
+    ):
+        axes.spines[["top", "right"]].set_visible(False)
+        looped = solve_loop(clip, cycle.start, cycle.stop)
+        for motion, name, colour in ((looped.cut, "as they are", "#999999"), (looped.motion, "solved", COLOURS[0])):
+            turned = quat_to_rotvec(
+                quat_multiply(quat_conjugate(clip.skeleton.rest[joint]), motion.rotations[:-1, joint])
+            )
+            axes.plot(np.degrees(np.tile(turned[:, 0], 3)), color=colour, label=name)
+        for copy in (1, 2):
+            axes.axvline(copy * cycle.frames - 0.5, color="#882255", linewidth=0.8, linestyle="--")
+        axes.set_ylabel(f"{label} {cycle.start}:{cycle.stop}\nleft thigh, about x (°)")
+    panels[0].set_ylim(-42, 24)
+    panels[0].legend(frameon=False, loc="upper right", ncols=2)
+    panels[1].set_xlabel("frame (dashed: where a cycle ends and the next begins)")
+    save_figure(figure, folder / "loops.png")
+
+
 def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps, auto):
+    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps, auto, loops):
         draw(folder)
 
 

@@ -26,11 +26,12 @@ def slide_in_contact(motion: Motion, contacts: Contacts, *, leave_out: Sequence[
     """
     held = contacts.held[1:] & contacts.held[:-1]
     held[[frame - 1 for frame in leave_out]] = False
-    slides = _slides(motion, contacts.joints)[held]
-    return float(slides.mean() * motion.fps) if slides.size else 0.0
+    found = slides(motion, contacts.joints)[held]
+    return float(found.mean() * motion.fps) if found.size else 0.0
 
 
-def _slides(motion: Motion, joints: Sequence[int]) -> Array:
+def slides(motion: Motion, joints: Sequence[int]) -> Array:
+    """How far each of K joints moves over the ground from frame to frame: (F − 1, K) m."""
     places = world_pose(motion).positions[:, list(joints)][..., (0, 2)]
     return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=-1))
 

@@ -23,7 +23,7 @@ VERBS = {
     "in-place": "root",
     "extract-root": "root",
     "bake-root": "root",
-    "loop": "root",
+    "loop": "looping",
     "plot": "pictures",
     "filmstrip": "pictures",
     "video": "video",

@@ -1,4 +1,4 @@
-"""The verbs that change a whole clip: ``mirror``, ``in-place``, ``extract-root``, ``bake-root`` and ``loop``."""
+"""The verbs that change a whole clip, mirror, in-place, extract-root and bake-root, and what all such verbs share."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _COMMON = (
 )
 
 
-def _verb(name: str, short_help: str) -> Callable[[Callable[..., None]], click.Command]:
+def clip_verb(name: str, short_help: str) -> Callable[[Callable[..., None]], click.Command]:
     """A command with the arguments that all of these verbs share."""
 
     def decorate(function: Callable[..., None]) -> click.Command:
@@ -38,8 +38,10 @@ def _verb(name: str, short_help: str) -> Callable[[Callable[..., None]], click.C
     return decorate
 
 
-def _change(common: dict[str, Any], how: Callable[[Motion], Motion]) -> None:
-    """Read IN, change it, and write OUT; the numbers are printed."""
+def change_clip(
+    common: dict[str, Any], how: Callable[[Motion], Motion], then: Callable[[], None] = lambda: None
+) -> None:
+    """Read IN, change it, and write OUT; the numbers are printed. then : called once OUT is written"""
     source, output, take = common["source"], common["output"], common["take"]
     if is_document(source):
         raise UnsupportedFormatError(f"Expected a clip, got an edit. Use kinestitch stitch first. ({source})")
@@ -53,6 +55,7 @@ def _change(common: dict[str, Any], how: Callable[[Motion], Motion]) -> None:
         step(f"writing {output}")
         alone = common["skeleton_only"] or _left_alone(motion, result, source)
         write_clip(result, output, source, skeleton_only=alone, take=take)
+        then()
     joints = counted(result.skeleton.joint_count, "joint")
     console().print(
         f"{output}: {counted(result.frames, 'frame')}, {result.fps:g} fps, {result.duration:.2f} s, {joints}"
@@ -71,7 +74,7 @@ def _left_alone(motion: Motion, result: Motion, source: str) -> bool:
     return other
 
 
-@_verb("mirror", "Exchange left and right.")
+@clip_verb("mirror", "Exchange left and right.")
 def mirror(**common: Any) -> None:
     """Write the clip IN as a mirror shows it: left becomes right.
 
@@ -81,10 +84,10 @@ def mirror(**common: Any) -> None:
     """
     from kinestitch.core.mirror import mirror as mirrored
 
-    _change(common, mirrored)
+    change_clip(common, mirrored)
 
 
-@_verb("in-place", "Take the travel out of a clip.")
+@clip_verb("in-place", "Take the travel out of a clip.")
 @click.option("--turning/--no-turning", default=True, help="Keep the body's turns, or face one way throughout.")
 def in_place(*, turning: bool, **common: Any) -> None:
     """Hold the body over the place where it starts; height stays.
@@ -95,10 +98,10 @@ def in_place(*, turning: bool, **common: Any) -> None:
     """
     from kinestitch.rig.root_motion import in_place as held
 
-    _change(common, lambda motion: held(motion, turning=turning))
+    change_clip(common, lambda motion: held(motion, turning=turning))
 
 
-@_verb("extract-root", "Give the travel to a root joint on the ground.")
+@clip_verb("extract-root", "Give the travel to a root joint on the ground.")
 @click.option("--turning/--no-turning", default=True, help="The root turns with the body, or keeps its direction.")
 @click.option("--smooth", type=NOT_NEGATIVE, default=0.0, metavar="S", help="Average the root's way over S seconds.")
 @click.option("--name", default="root", metavar="NAME", help="Of the root joint, where the rig gets a new one.")
@@ -112,10 +115,10 @@ def extract_root(*, turning: bool, smooth: float, name: str, **common: Any) -> N
     """
     from kinestitch.rig.root_motion import extract_root as extracted
 
-    _change(common, lambda motion: extracted(motion, turning=turning, smooth=smooth, name=name))
+    change_clip(common, lambda motion: extracted(motion, turning=turning, smooth=smooth, name=name))
 
 
-@_verb("bake-root", "Give a root joint's travel to the hips.")
+@clip_verb("bake-root", "Give a root joint's travel to the hips.")
 @click.option("--remove", is_flag=True, help="Take the root joint away as well.")
 def bake_root(*, remove: bool, **common: Any) -> None:
     """Give what the joints above the hips do to the hips: the inverse of extract-root.
@@ -126,18 +129,4 @@ def bake_root(*, remove: bool, **common: Any) -> None:
     """
     from kinestitch.rig.root_motion import bake_root as baked
 
-    _change(common, lambda motion: baked(motion, remove=remove))
-
-
-@_verb("loop", "Make a clip repeat.")
-@click.option("--trim/--whole", default=True, help="End where the clip fits its start best, or use all of it.")
-def loop(*, trim: bool, **common: Any) -> None:
-    """Make the ends of the clip IN meet, so that copies can follow each other; travel stays.
-
-    \b
-    Example:
-      kinestitch loop walk.fbx -o walk_cycle.fbx
-    """
-    from kinestitch.rig.cycle import loop as cycle
-
-    _change(common, lambda motion: cycle(motion, trim=trim))
+    change_clip(common, lambda motion: baked(motion, remove=remove))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import Array, quat_about_axis, quat_conjugate, quat_multiply, quat_rotate
+from kinestitch.core.rotation import Array, quat_about_axis, quat_conjugate, quat_multiply, quat_normalize, quat_rotate
 from kinestitch.rig.hips import hips_joint
 
 _STILL = 1e-4  # m and rad; what moves less is a static dummy above the hips
@@ -49,6 +49,19 @@ def with_world_carrier(motion: Motion, carrier: int) -> Motion:
     translations[:, carrier] = position
     rotations[:, carrier] = rotation
     return replace(motion, translations=translations, rotations=rotations)
+
+
+def with_local_carrier(motion: Motion, carrier: int) -> Motion:
+    """The inverse of :func:`with_world_carrier`: the carrier told in its parent's frame, which stands still."""
+    if carrier == 0:
+        return motion
+    first = replace(motion, translations=motion.translations[:1], rotations=motion.rotations[:1])
+    place, turn = (values[0] for values in world_of(first, motion.skeleton.parents[carrier]))
+    undo = quat_conjugate(turn)
+    translations, rotations = motion.translations.copy(), motion.rotations.copy()
+    translations[:, carrier] = quat_rotate(undo, translations[:, carrier] - place)
+    rotations[:, carrier] = quat_multiply(undo, rotations[:, carrier])
+    return replace(motion, translations=translations, rotations=quat_normalize(rotations))
 
 
 def world_of(motion: Motion, joint: int) -> tuple[Array, Array]:

@@ -111,5 +111,9 @@ def displacement_residuals(left: Array, right: Array) -> Array:
 
     The seam's interval takes the mean of both sources' displacements and, for δ, the mean of both second differences.
     """
-    gap = np.diff(left, axis=0)[:, GROUND] - np.diff(right, axis=0)[:, GROUND]
-    return np.stack([gap[1] / 2, (gap[2] - gap[0]) / 2, -gap[1] / 2])
+    return residual_rows(np.diff(left, axis=0)[:, GROUND] - np.diff(right, axis=0)[:, GROUND])
+
+
+def residual_rows(gaps: Array) -> Array:
+    """The same from how far both sources' displacements differ in the intervals m−2, m−1 and m: (3, 2) m (Eq. 15)."""
+    return np.stack([gaps[1] / 2, (gaps[2] - gaps[0]) / 2, -gaps[1] / 2])
