@@ -131,11 +131,6 @@ def show_edit_facts(told: EditFacts) -> None:
     console().print(table)
 
 
-def _source_facts(clip: ClipInfo, file: str) -> SourceFacts:
-    retimes = "" if clip.retiming is None else clip.source
-    return SourceFacts(clip.key, file, Path(file).is_file(), clip.frames, clip.fps, retimes)
-
-
 def _smoothing(seam: SeamFacts) -> str:
     if seam.smoothing is None:
         return "smoothing automatic"
