@@ -32,8 +32,8 @@ PATIENCE = 0.5
 """T in s: how dear a turn is beside a change of the steps' length."""
 
 _RESTING = 0.1  # of the mean speed; below it a turn gets no dearer
-_STEPS, _LONGEST = 100, 0.7  # Gauss–Newton steps, and how far one may go in ζ
-_MET, _SETTLED = 1e-12, 1e-9  # of the path's length; rad
+_STEPS, _LONGEST = 150, 0.7  # Gauss–Newton steps, and how far one may go in ζ
+_MET, _SETTLED, _NEARLY = 1e-12, 1e-9, 1e-3  # of the path's length; rad; rad where a path is about to buckle
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ def bend(path: Complex, aims: Sequence[Aim], fps: float, smoothing: Array, *, st
         zeta = zeta + change * min(1.0, _LONGEST / max(longest, 1e-300))
         if longest < _SETTLED and system.missed(zeta, wanted) < _MET * scale:
             return zeta
-    return None
+    return zeta if longest < _NEARLY and system.missed(zeta, wanted) < _MET * scale else None
 
 
 def bent_path(path: Complex, zeta: Complex) -> Complex:
@@ -160,19 +160,21 @@ class _System:
     def rows(self, zeta: Complex) -> Pair[Array]:
         """Derivatives (n + 1, R) of all aims by σ and by ψ."""
         moved = np.exp(between(zeta)) * self.steps / 2
-        by_scale, by_turn = [], []
+        count = sum(1 if aim.is_heading else 2 for aim in self.aims)
+        by_scale, by_turn = (np.zeros((len(zeta), count), order="F") for _ in range(2))
+        row = 0
         for aim, span in zip(self.aims, self.spans, strict=True):
-            at = np.zeros(len(zeta), dtype=np.complex128)
             if aim.is_heading:
-                at[aim.frame] = 1.0
-                by_scale.append(np.zeros(len(zeta)))
-                by_turn.append(at.real)
-            else:
-                at[span] = moved[span]
-                at[span.start + 1 : span.stop + 1] += moved[span]
-                by_scale += [at.real, at.imag]
-                by_turn += [-at.imag, at.real]
-        return np.stack(by_scale, axis=1), np.stack(by_turn, axis=1)
+                by_turn[aim.frame, row] = 1.0
+                row += 1
+                continue
+            for here in (span, slice(span.start + 1, span.stop + 1)):
+                by_scale[here, row] += moved[span].real
+                by_scale[here, row + 1] += moved[span].imag
+                by_turn[here, row] -= moved[span].imag
+                by_turn[here, row + 1] += moved[span].real
+            row += 2
+        return by_scale, by_turn
 
     def give(self) -> Array:
         """How far each row gives way to a unit force (R, R): nothing for exact aims, for others so much that one of

@@ -222,14 +222,17 @@ def unlocked(pose: WorldPose, leg: Leg, share: Array) -> tuple[Array, Array]:
     it, in the plane in which this knee bends elsewhere.
     """
     hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
-    upper, lower = knee - hip, ankle - knee
-    cross = quat_rotate(quat_conjugate(pose.rotations[:, leg.thigh]), np.cross(upper, lower))
-    axis = cross.sum(axis=0)
+    thigh = pose.rotations[:, leg.thigh]
+    axis = quat_rotate(quat_conjugate(thigh), np.cross(knee - hip, ankle - knee)).sum(axis=0)
     size = float(np.linalg.norm(axis))
-    if size < 1e-9:
-        same = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(hip), 4))
-        return same, same
-    hinge = quat_rotate(pose.rotations[:, leg.thigh], np.broadcast_to(axis / size, hip.shape))
+    hinge = quat_rotate(thigh, np.broadcast_to(axis / max(size, 1e-12), hip.shape))
+    return slightly_bent(knee - hip, ankle - knee, hinge, share if size >= 1e-9 else np.zeros_like(share))
+
+
+def slightly_bent(upper: Array, lower: Array, hinge: Array, share: Array) -> tuple[Array, Array]:
+    """World turns (n, 4) of an upper and a lower bone (n, 3) that are straight or overstretched, by which they are bent
+    a little about their hinge (n, 3) of length 1, `share` (n,) of it.
+    """
     sine = np.einsum("fi,fi->f", np.cross(upper, lower), hinge)
     bend = np.arctan2(sine, np.einsum("fi,fi->f", upper, lower))
     missing = np.maximum(_STRAIGHT - bend, 0.0) * np.clip(share, 0.0, 1.0)

@@ -86,7 +86,8 @@ def _turned_window(rotations: Array, turns: Sequence[Turn], window: Cluster) -> 
     frames, pins = np.array(window.local_frames), [turn.pin for turn in turns]
     wanted = quat_normalize(np.stack([turn.rotation for turn in turns]))
     base = quat_mean(np.concatenate([rotations[frames], wanted]))
-    path = quat_continuous(quat_multiply(quat_conjugate(base), rotations))
+    away = quat_multiply(quat_conjugate(base), rotations)
+    path = quat_continuous(away)
     if path[frames, 3].sum() < 0:
         path = -path
     vectors = quat_log(path)
@@ -96,7 +97,7 @@ def _turned_window(rotations: Array, turns: Sequence[Turn], window: Cluster) -> 
         gaps = quat_to_rotvec(quat_multiply(quat_conjugate(rotations[frames]), wanted))
         return quat_multiply(rotations, rotvec_to_quat(_corrected(window, pins, gaps)))
     new = quat_multiply(base, rotvec_to_quat(vectors))
-    return np.where(np.einsum("fi,fi->f", quat_multiply(base, path), rotations)[:, None] < 0, -new, new)
+    return np.where(np.einsum("fi,fi->f", path, away)[:, None] < 0, -new, new)
 
 
 def _nearest_sheet(rotations: Array, near: Array) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinestitch.core.kinematics import WorldPose, two_bone_ik, world_pose
+from kinestitch.core.kinematics import two_bone_ik, world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_normalize, quat_rotate, rotvec_to_quat
 from kinestitch.core.skeleton import Skeleton
@@ -16,15 +16,15 @@ from kinestitch.errors import ParameterError
 from kinestitch.rig.families import LIMBS, SIDES
 from kinestitch.rig.hips import hips_joint
 from kinestitch.rig.roles import roles_of
-from kinestitch.solve.contacts import Leg
-from kinestitch.solve.footlock import unlocked
+from kinestitch.solve.footlock import slightly_bent
 from kinestitch.solve.joint_pins import Turn
 
 MET = 1e-6
 """m within which an exact pin has to be met."""
 
-_STEPS, _DAMPING = 200, 1e-3  # of Gauss–Newton, and its damping in squared body lengths
+_STEPS, _DAMPING = 100, 1e-3  # of Gauss–Newton, and its damping in squared body lengths
 _LONGEST = 0.3  # rad that a joint turns in one step
+_SLOW = 1e-4  # of what is missing; a step that gains less is the last
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,16 +72,18 @@ def replaced_level(limb: Limb, taken: Sequence[int]) -> Limb:
 
 
 def _by_limb(motion: Motion, pin: Pin, joint: int, limb: Limb) -> dict[int, Array]:
-    pose, at, parents = world_pose(motion), pin.frame, motion.skeleton.parents
-    place, turn = pose.positions[at], pose.rotations[at]
-    target = np.array(pin.target)
-    tip = joint
+    pose, parents = world_pose(_frame(motion, pin.frame)), motion.skeleton.parents
+    place, turn = pose.positions[0], pose.rotations[0]
+    target, tip = np.array(pin.target), joint
     if limb.level:
         target, tip = target - (place[joint] - place[limb.end]), limb.end
-    first, second = (q[at] for q in unlocked(pose, _as_leg(limb), np.ones(motion.frames)))
     root = place[limb.upper]
-    elbow = root + quat_rotate(first, place[limb.lower] - root)
-    end = elbow + quat_rotate(second, place[tip] - place[limb.lower])
+    bones = place[limb.lower] - root, place[tip] - place[limb.lower]
+    hinge = quat_rotate(turn[limb.upper], _hinge(motion, limb, tip))
+    share = np.array([float(hinge.any())])
+    first, second = (q[0] for q in slightly_bent(bones[0][None], bones[1][None], hinge[None], share))
+    elbow = root + quat_rotate(first, bones[0])
+    end = elbow + quat_rotate(second, bones[1])
     _check_reach(motion, pin, limb, root, (elbow, end), target)
     upper, lower = two_bone_ik(root, elbow, end, target)
     upper, lower = quat_multiply(upper, first), quat_multiply(lower, second)
@@ -94,8 +96,24 @@ def _by_limb(motion: Motion, pin: Pin, joint: int, limb: Limb) -> dict[int, Arra
     return out
 
 
-def _as_leg(limb: Limb) -> Leg:
-    return Leg(limb.upper, limb.lower, limb.end, None)
+def _frame(motion: Motion, frame: int) -> Motion:
+    here = slice(frame, frame + 1)
+    return Motion(motion.skeleton, motion.translations[here], motion.rotations[here], motion.fps)
+
+
+def _hinge(motion: Motion, limb: Limb, tip: int) -> Array:
+    """The axis (3,) about which a limb bends over the whole clip, in its upper joint's frame; zeros where it never
+    does.
+    """
+    chain, places = motion.skeleton.chain(tip), {}
+    place, turn = np.zeros((motion.frames, 3)), np.broadcast_to([0.0, 0.0, 0.0, 1.0], (motion.frames, 4))
+    for joint in chain[chain.index(limb.upper) + 1 :]:
+        place = place + quat_rotate(turn, motion.translations[:, joint])
+        turn = quat_multiply(turn, motion.rotations[:, joint])
+        places[joint] = place
+    axis = np.cross(places[limb.lower], places[tip] - places[limb.lower]).sum(axis=0)
+    size = float(np.linalg.norm(axis))
+    return np.asarray(axis / size if size > 1e-9 else axis * 0.0)
 
 
 def _local(turns: Array, parent: int, turned: Array | None, world: Array) -> Array:
@@ -127,38 +145,46 @@ def _by_chain(motion: Motion, pin: Pin, joint: int, taken: Sequence[int]) -> lis
             f"Expected a joint that others between the hips and itself can bring to a place, got {name!r} for {pin}. "
             "Use a root pin for the body as a whole."
         )
-    here = slice(pin.frame, pin.frame + 1)
-    local, translations = motion.rotations[here].copy(), motion.translations[here]
+    local = motion.rotations[pin.frame].copy()
     size = float(np.linalg.norm(skeleton.offsets[list(below)], axis=-1).sum()) + 1e-9
-    best = np.inf
+    missing, before = np.inf, np.inf
     for _ in range(_STEPS):
-        pose = world_pose(Motion(skeleton, translations, local, motion.fps))
-        gap = np.array(pin.target) - pose.positions[0, joint]
-        missing = float(np.linalg.norm(gap))
-        if missing < MET * 1e-4 or (not np.isinf(best) and best - missing < MET * 1e-6 and missing > MET):
+        places, turns = _along(chain, motion.translations[pin.frame], local)
+        gap = np.array(pin.target) - places[joint]
+        missing, before = float(np.linalg.norm(gap)), missing
+        if missing < MET * 1e-4 or before - missing < _SLOW * missing:
             break
-        best = min(best, missing)
-        local[0, free] = _stepped(pose, local[0], free, joint, gap, size, skeleton)
+        step = _stepped(np.stack([places[joint] - places[index] for index in free]), gap, size)
+        for index, turn in zip(free, step, strict=True):
+            above = turns[skeleton.parents[index]]
+            turned = quat_multiply(quat_multiply(quat_conjugate(above), turn), above)
+            local[index] = quat_normalize(quat_multiply(turned, local[index]))
     if pin.exact and missing > MET:
         raise ParameterError(
             f"Expected a place that {name!r} can reach from the hips for {pin}, got one that it misses by "
             f"{missing:.3g} m. Move it or the body, or give the pin a weight."
         )
-    return [Turn(index, local[0, index], pin) for index in free]
+    return [Turn(index, local[index], pin) for index in free]
 
 
-def _stepped(
-    pose: WorldPose, local: Array, free: Sequence[int], joint: int, gap: Array, size: float, skeleton: Skeleton
-) -> Array:
-    """Local rotations (k, 4) of the free joints after one damped Gauss–Newton step on their turns in the world."""
-    arms = pose.positions[0, joint] - pose.positions[0, list(free)]
-    across = np.zeros((3, 3 * len(free)))  # a turn d of a joint moves the tip by d × arm
+def _along(chain: Sequence[int], translations: Array, rotations: Array) -> tuple[dict[int, Array], dict[int, Array]]:
+    """World positions (3,) and rotations (4,) of the joints from the root down a chain, in one frame."""
+    places, turns = {}, {}
+    place, turn = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    for joint in chain:
+        place = place + quat_rotate(turn, translations[joint])
+        turn = quat_multiply(turn, rotations[joint])
+        places[joint], turns[joint] = place, turn
+    return places, turns
+
+
+def _stepped(arms: Array, gap: Array, size: float) -> Array:
+    """World turns (k, 4) of a damped Gauss–Newton step over a gap (3,) m, of joints with these arms (k, 3) m to the
+    tip.
+    """
+    across = np.zeros((3, 3 * len(arms)))  # a turn d of a joint moves the tip by d × arm
     for k, (x, y, z) in enumerate(arms):
         across[:, 3 * k : 3 * k + 3] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
     damping = _DAMPING * min(size, float(np.linalg.norm(gap))) ** 2
-    step = across.T @ np.linalg.solve(across @ across.T + damping * np.eye(3), gap)
-    turns = step.reshape(-1, 3)
-    turns = turns * min(1.0, _LONGEST / max(float(np.linalg.norm(turns, axis=-1).max()), 1e-12))
-    above = pose.rotations[0, [skeleton.parents[index] for index in free]]
-    turned = quat_multiply(quat_multiply(quat_conjugate(above), rotvec_to_quat(turns)), above)
-    return quat_normalize(quat_multiply(turned, local[list(free)]))
+    turns = (across.T @ np.linalg.solve(across @ across.T + damping * np.eye(3), gap)).reshape(-1, 3)
+    return rotvec_to_quat(turns * min(1.0, _LONGEST / max(float(np.linalg.norm(turns, axis=-1).max()), 1e-12)))
