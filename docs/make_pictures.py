@@ -17,7 +17,7 @@ from kinestitch.cli.demo import CUT, PASTED
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.retime import time_map
 from kinestitch.core.rotation import quat_conjugate, quat_multiply, quat_to_rotvec
-from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Timeline
+from kinestitch.edit import DEFAULT_SMOOTHING, Pin, Timeline, add_pin
 from kinestitch.experiments.adaptive import study
 from kinestitch.render.filmstrip import filmstrip
 from kinestitch.render.paint import Stretch
@@ -255,11 +255,59 @@ def loops(folder: Path) -> None:
     save_figure(figure, folder / "loops.png")
 
 
+WAYPOINTS = (Pin("waypoint", 100, (0.8, 1.7)), Pin("waypoint", 200, (0.0, 3.3)))
+HAND = Pin("position", 130, (0.35, 1.6, 2.95), "LeftHand")
+
+
+def waypoints(folder: Path) -> None:
+    """A walk's path from above, straight and bent, with the feet that stand."""
+    clips = {"walk": ks.sample("walk")}
+    line = ks.timeline(clips, "walk")
+    bent = line
+    for pin in WAYPOINTS:
+        bent = add_pin(bent, pin)
+    figure = Figure(figsize=(8.0, 2.9), layout="constrained")
+    axes = figure.subplots()
+    axes.spines[["top", "right"]].set_visible(False)
+    for edit, label, colour in ((line, "as it was", "#999999"), (bent, "through two waypoints", COLOURS[0])):
+        solved = ks.solve_timeline(edit, clips, foot_lock=True)
+        places = world_pose(solved.motion).positions
+        axes.plot(places[:, 0, 2], places[:, 0, 0], color=colour, label=label)
+        for leg in legs_of(solved.motion.skeleton):
+            for start, stop in runs(solved.contacts.of(leg.foot, leg.toe)):
+                for frame in range(start, stop):
+                    foot = places[frame, [leg.foot, leg.toe]]
+                    axes.plot(foot[:, 2], foot[:, 0], color=colour, linewidth=4, alpha=0.12, solid_capstyle="round")
+    for pin in WAYPOINTS:
+        axes.plot(pin.target[1], pin.target[0], "o", color=COLOURS[1], markersize=7)
+        axes.annotate(f"frame {pin.frame}", pin.target[::-1], xytext=(8, 4), textcoords="offset points")
+    axes.set_aspect("equal")
+    axes.margins(y=0.2)
+    axes.set_xlabel("z (m), from above")
+    axes.set_ylabel("x (m)")
+    axes.legend(frameon=False, loc="upper right")
+    save_figure(figure, folder / "waypoints.png")
+
+
+def hand(folder: Path) -> None:
+    """A hand that has to be somewhere in one frame."""
+    clips = {"walk": ks.sample("walk")}
+    line = ks.timeline(clips, "walk")
+    filmstrip(
+        [clips["walk"], ks.stitch(add_pin(line, HAND), clips)],
+        folder / "hand.png",
+        poses=list(range(100, 161, 5)),
+        labels=["walk", f"the left hand pinned in frame {HAND.frame}"],
+        marks=[(), (HAND.frame,)],
+    )
+
+
 def main() -> None:
     """Draw them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps, auto, loops):
+    seams = (hero, joint_curve, all_samples, moving, around_a_seam, curves, cuts, feet, steps, auto, loops)
+    for draw in (*seams, waypoints, hand):
         draw(folder)
 
 
