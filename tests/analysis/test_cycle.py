@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ import kinestitch as ks
 from kinestitch.analysis.cycle import GATES, feet_of, loop_quality, loop_report, with_feet_locked
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.rotation import quat_about_axis, quat_distance, quat_multiply
+from kinestitch.experiments.seams import DATA_SETS, read_clips
+from kinestitch.search.cycle import best_cycle
 from kinestitch.solve.loop import repeated, solve_loop
 from kinestitch.testing import random_motion
 
@@ -85,3 +89,16 @@ def test_feet_are_locked_where_they_slide_only():
     motion = random_motion(0)
     looped = solve_loop(motion)
     assert with_feet_locked(motion, looped) is looped
+
+
+@pytest.mark.parametrize("folder", DATA_SETS)
+def test_real_clips_keep_the_gates_of_pose_and_turning(folder):
+    place = os.environ.get("KINESTITCH_DATA")
+    if not place:
+        pytest.skip("KINESTITCH_DATA, the folder of real clips, is not set")
+    missed = set()
+    for name, clip in read_clips(Path(place) / folder).items():
+        best = best_cycle(clip)
+        quality = loop_quality(solve_loop(clip, best.start, best.stop), None)
+        missed |= {(name, gate) for gate in quality.missed if gate != "velocity_step_m_s"}
+    assert missed == set()
