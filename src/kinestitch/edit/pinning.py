@@ -66,7 +66,7 @@ def come_back(timeline: Timeline, seconds: float) -> Timeline:
     """
     if not timeline.seams:
         raise ParameterError("Expected an edit to come back from, got a clip as it was.")
-    if timeline.segments[-1].clip != timeline.clips[0].key:
+    if timeline.clip(timeline.segments[-1].clip).source != timeline.clips[0].source:
         raise ParameterError(
             f"Expected a piece of {timeline.clips[0].key!r} behind the last seam to come back to, "
             f"got {timeline.segments[-1].clip!r}."
