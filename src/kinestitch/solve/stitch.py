@@ -41,9 +41,9 @@ def stitch(
     Raises MissingClipError, SkeletonMismatchError, RangeError, ParameterError (also for pins that cannot be met).
     """
     _check(chart, method)
-    placed = place_timeline(timeline, clips)
+    placed = with_automatic(place_timeline(timeline, clips))
     if method == "laplacian":
-        return _pinned(solve_placed(with_automatic(placed), chart=chart), placed)[0]
+        return _pinned(solve_placed(placed, chart=chart), placed)[0]
     return _pinned(as_motion(placed, *target_window(placed, 0, placed.frames)), placed)[0]
 
 
