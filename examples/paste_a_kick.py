@@ -6,7 +6,7 @@ from kinestitch.render.filmstrip import filmstrip
 # Two clips made by code; ks.read("walk.fbx") takes the place of ks.sample("walk") for clips of your own.
 clips = {"walk": ks.sample("walk"), "kick": ks.sample("kick")}
 
-# The edit is a value of its own: frames 72 to 123 of the walk give way to frames 36 to 111 of the kick.
+# The edit is a value of its own: frames 84 to 129 of the walk give way to frames 30 to 111 of the kick.
 line = ks.replace(ks.timeline(clips, "walk"), 84, 130, "kick", 30, 112)
 
 # Solving leaves everything as it was but the frames around the two seams.
@@ -17,5 +17,5 @@ for seam in ks.report(solved)["seams"]:
     before, after = seam["rotation_step_deg_before"], seam["rotation_step_deg_after"]
     print(f"seam at frame {seam['frame']}: the worst joint turned {before:.0f}° in one frame, now {after:.1f}°")
 
-pasted = [(72, 72 + 76, "kick")]
+pasted = [(84, 84 + 82, "kick")]
 filmstrip([clips["walk"], solved.motion], "walk_kick.png", labels=["before", "after"], segments=[[], pasted])

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinestitch.edit import DEFAULT_SMOOTHING, FrameRange, Seam, load_document
+from kinestitch.edit import DEFAULT_SEAM, FrameRange, Seam, load_document
 from kinestitch.files import read, write
 from kinestitch.samples import sample
 from kinestitch.testing import assert_motion_close, random_motion
@@ -135,6 +135,8 @@ def test_automatic_seams_are_told_and_kept_in_documents(kinestitch):
         assert seam["smoothing_s"] == pytest.approx(seam["lambda"] ** 0.25 / 30)
         times = [part["smoothing_s"] for part in parts.values()]
         assert f"{min(times):.2g}–{max(times):.2g}" in ran.out
+    assert kinestitch(*words[:-1], "-o", "unsaid.bvh").code == 0  # automatic is what a seam is if nothing is said
+    assert Path("out.bvh").read_bytes() == Path("unsaid.bvh").read_bytes()
     assert kinestitch(*words, "-o", "edit.otio").code == 0
     assert load_document("edit.otio").timeline.seams == (Seam(automatic=True),) * 2
     assert kinestitch("stitch", "edit.otio", "-o", "again.bvh").code == 0
@@ -192,13 +194,13 @@ def test_a_document_can_be_edited_further(kinestitch):
     ran = kinestitch("stitch", "edit.otio", "--delete", "0:5", "--append", "./kick.bvh@20:30", "-o", "more.otio")
     assert ran.code == 0
     assert segments("more.otio") == ["walk@5:60", "kick@0:10", "kick@20:30"]
-    assert load_document("more.otio").timeline.seams == (Seam(stiffness=7.0), Seam())
+    assert load_document("more.otio").timeline.seams == (Seam(stiffness=7.0), DEFAULT_SEAM)
 
 
 @pytest.mark.parametrize(
     ("words", "stiffness"),
     [
-        ((), (DEFAULT_SMOOTHING * 30) ** 4),
+        (("--smooth", "0.1"), 81.0),
         (("--smooth", "0.2"), 1296.0),
         (("--lambda", "17.5"), 17.5),
         (("--lambda", 0), 0),

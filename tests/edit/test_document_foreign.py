@@ -4,7 +4,7 @@ import opentimelineio as otio
 import pytest
 
 from kinestitch.edit.document import load_document, save_document
-from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment
+from kinestitch.edit.timeline import DEFAULT_SEAM, ClipInfo, FrameRange, Segment
 from kinestitch.errors import DocumentError, FormatError, KinestitchWarning
 
 
@@ -40,7 +40,7 @@ def test_plain_cut(tmp_path):
     assert line.fps == 30.0
     assert line.clips == (ClipInfo("walk", 120, 30.0), ClipInfo("kick", 101, 60.0))
     assert [str(segment) for segment in line.segments] == ["walk@0:60", "kick@10:38", "walk@80:120"]
-    assert line.seams == (Seam(), Seam())
+    assert line.seams == (DEFAULT_SEAM, DEFAULT_SEAM)
     assert loaded.sources == {"walk": str(tmp_path / "walk.bvh"), "kick": str(tmp_path.parent / "k" / "kick 1.bvh")}
     save_document(line, path, sources=loaded.sources)
     assert load_document(path) == loaded

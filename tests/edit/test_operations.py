@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kinestitch.core.resample import resampled_bound
 from kinestitch.edit import operations as ops
-from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, timeline
+from kinestitch.edit.timeline import DEFAULT_SEAM, ClipInfo, FrameRange, Seam, Segment, timeline
 from kinestitch.errors import MissingClipError, ParameterError, RangeError
 
 A, B = ClipInfo("A", 120, 30.0), ClipInfo("B", 101, 60.0)
@@ -85,7 +85,7 @@ def test_split_changes_no_frame_and_keeps_every_seam(line, data):
     assert labels(result) == labels(line)
     assert at in result.starts
     kept = dict(zip(line.starts[1:-1], line.seams, strict=True))
-    assert dict(zip(result.starts[1:-1], result.seams, strict=True)) == {at: Seam()} | kept
+    assert dict(zip(result.starts[1:-1], result.seams, strict=True)) == {at: DEFAULT_SEAM} | kept
     assert ops.split(result, at, seam=TUNED) is result
 
 
@@ -118,7 +118,7 @@ def test_move_keeps_the_seams_it_carries():
     line = ops.set_seam(ops.split(LINE, 50), 0, TUNED)
     moved = ops.move(line, 40, 60, 0)
     assert moved.starts == (0, 10, 20, 60, 120)
-    assert moved.seams == (TUNED, Seam(), Seam())
+    assert moved.seams == (TUNED, DEFAULT_SEAM, DEFAULT_SEAM)
 
 
 def test_replacing_at_the_borders_and_everything():

@@ -150,7 +150,7 @@ def seam_quality(solved: Solved, seam: SeamPlace) -> SeamQuality:
     return SeamQuality(
         frame=frame,
         stiffness=seam.stiffness,
-        price=seam_price(solved.placed, seam),
+        price=seam_price(replace(solved.placed, groups=()), seam),
         rotation_step_deg_before=float(np.degrees(rotation_step(cut, frame))),
         rotation_step_deg_after=float(np.degrees(rotation_step(motion, frame))),
         angular_velocity_step_deg_s_before=float(np.degrees(angular_velocity_step(cut, frame))),

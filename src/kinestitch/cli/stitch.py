@@ -41,7 +41,7 @@ Step = Callable[[str], None]
 @click.option("--append", type=CLIP, multiple=True, metavar="REF@a:b", help="Put REF at the end.")
 @click.option("--delete", type=RANGE, multiple=True, metavar="A:B", help="Take the frames A:B out.")
 @click.option("--take", metavar="NAME", help="Which take of an FBX, glTF or USD file ORIGINAL; info lists them.")
-@click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of all seams.  [default: 0.1]")
+@click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of all seams, instead of --auto.")
 @click.option(
     "--lambda",
     "stiffness",
@@ -49,9 +49,7 @@ Step = Callable[[str], None]
     metavar="X",
     help="Instead of --smooth, the method's own λ = (seconds · fps)⁴: larger is smoother and wider, 0 a hard cut.",
 )
-@click.option(
-    "--auto", is_flag=True, help="Instead of --smooth, for each seam as little time as its clips' own movement allows."
-)
+@click.option("--auto", is_flag=True, help="For each seam as little time as its clips' own movement allows.  [default]")
 @click.option(
     "--snap",
     type=NOT_NEGATIVE,

@@ -18,9 +18,10 @@ from kinestitch.edit.pins import Pin, parse_pin, parse_waypoint
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.script import Edit, apply_edits, parse_range, parse_source
 from kinestitch.edit.speed import set_speed
-from kinestitch.edit.timeline import DEFAULT_SMOOTHING, ClipInfo, FrameRange, Seam, Segment, Timeline
+from kinestitch.edit.timeline import DEFAULT_SEAM, DEFAULT_SMOOTHING, ClipInfo, FrameRange, Seam, Segment, Timeline
 
 __all__ = [
+    "DEFAULT_SEAM",
     "DEFAULT_SMOOTHING",
     "ClipInfo",
     "Document",

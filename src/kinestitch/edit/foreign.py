@@ -13,7 +13,7 @@ from kinestitch.core.resample import same_rate
 from kinestitch.edit.locations import from_url
 from kinestitch.edit.pins import Pin
 from kinestitch.edit.schema import Own, checked, clip_from, known_fields, number, pin_from, seam_from, upgraded
-from kinestitch.edit.timeline import MAX_FRAMES, ClipInfo, FrameRange, Seam, Segment, Timeline
+from kinestitch.edit.timeline import DEFAULT_SEAM, MAX_FRAMES, ClipInfo, FrameRange, Seam, Segment, Timeline
 from kinestitch.errors import DocumentError
 
 Probe = Callable[[str], tuple[int, float]]
@@ -131,7 +131,7 @@ def assemble(
     pins: list[Pin] = []
     for index, strip in enumerate(strips):
         data = known_fields(own.segments[index] if own else {}, {"clip", "seam", "pins"}, ignored)
-        seams.append(seam_from(data["seam"], ignored) if "seam" in data else Seam())
+        seams.append(seam_from(data["seam"], ignored) if "seam" in data else DEFAULT_SEAM)
         if "clip" in data:
             key, offset = clips.ours(checked(data["clip"], str, "a segment's clip"), strip), 0
         else:

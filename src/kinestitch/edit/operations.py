@@ -3,7 +3,7 @@
 Frames given are those of the timeline that is passed in. Every edit ripples: what follows moves in time.
 
 One rule for seams: a seam stays, with its settings, where the two frames that meet at it still meet. Wherever an edit
-makes other frames meet there is a new seam, with the settings given as ``seam``, or the default smoothing.
+makes other frames meet there is a new seam, with the settings given as ``seam``, or automatic ones (``DEFAULT_SEAM``).
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def replace(
     ```
 
     clip_start, clip_stop : the clip's own frames at its own rate; left out, its first frame and its end
-    seam : settings of the new seams
+    seam : settings of the new seams, automatic ones when left out
 
     Raises RangeError for ranges that are empty or outside, MissingClipError for an unknown clip.
 

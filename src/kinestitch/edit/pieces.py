@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from kinestitch.core.resample import resampled_bound
 from kinestitch.edit.pins import Pin
-from kinestitch.edit.timeline import FrameRange, Seam, Segment, Timeline, whole
+from kinestitch.edit.timeline import DEFAULT_SEAM, FrameRange, Seam, Segment, Timeline, whole
 from kinestitch.errors import RangeError
 
 
@@ -84,7 +84,7 @@ def join_pieces(timeline: Timeline, pieces: Iterable[Piece], seam: Seam | None =
         pins.extend(replace(pin, frame=start + pin.frame) for pin in piece.pins)
         start += piece.frames
         if segments:
-            seams.append(seam or Seam())
+            seams.append(seam or DEFAULT_SEAM)
         segments.extend(piece.segments)
         seams.extend(piece.seams)
     if not segments:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from kinestitch.core.motion import Motion
 
 DEFAULT_SMOOTHING = 0.1
-"""Smoothing time in seconds of a seam that says nothing else: λ = 81 at 30 fps, 1,296 at 60 fps."""
+"""Smoothing time in seconds of ``Seam()``, which is not automatic: λ = 81 at 30 fps, 1,296 at 60 fps."""
 
 MAX_FRAMES = 2**53
 """Documents keep frame numbers as doubles; above this they would no longer be exact."""
@@ -169,6 +169,10 @@ class Seam:
         if not math.isfinite(stiffness):
             raise ParameterError(f"Expected a smoothing time of some seconds, got {self.smoothing} s.")
         return stiffness
+
+
+DEFAULT_SEAM = Seam(automatic=True)
+"""Settings of the seams that an edit makes and says nothing about: as much time as each needs, and no more."""
 
 
 def _not_negative(value: float, name: str) -> float:
