@@ -16,6 +16,7 @@ from kinestitch.edit.timeline import FrameRange
 from kinestitch.errors import ParameterError, RangeError
 from kinestitch.search.cycle import best_cycle, whole_cycle
 from kinestitch.search.features import column_scales, joint_weights, place_features
+from kinestitch.search.standing import standing_columns, standing_feet
 from kinestitch.solve.loop import around_seam, loop, opened
 from kinestitch.testing import random_motion
 
@@ -69,6 +70,25 @@ def test_strides_are_found_wherever_the_clip_is_cut():
         assert best_cycle(part(walk, start, stop)).frames in (133, 200)
         other = best_cycle(turn_about_up(part(walk, start, stop), 2.0, (1.0, 0.0, 3.0)), shortest=1.0, longest=1.2)
         assert (other.start, other.stop) == (found.start, found.stop)
+
+
+def test_standing_feet_count_in_the_cost():
+    """Feet that stand on one side only, and seams in the air, cost what Eq. 23 says; in a cycle they cost nothing."""
+    walk = part(ks.sample("walk"), 11, 160)
+    scales = column_scales(walk.skeleton, joint_weights(walk.skeleton))
+    own = place_features([walk], (0.1 * 60) ** 4)[0] * scales
+    held = standing_feet(walk)
+    assert held is not None
+    out, into = standing_columns(held, held, (0.1 * 60) ** 4)
+    for contacts in (True, False):
+        found = best_cycle(walk, shortest=0.6, longest=0.7, contacts=contacts)  # no stride is that short
+        pose = np.sum((own[found.stop] - own[found.start]) ** 2)
+        feet = np.sum((out[found.stop] - into[found.start]) ** 2) if contacts else 0.0
+        assert found.cost == pytest.approx(pose + feet, rel=1e-3)  # the chart's centre differs a little
+    assert feet == 0.0
+    assert found.cost < best_cycle(walk, shortest=0.6, longest=0.7).cost
+    run = ks.sample("run")
+    assert (best_cycle(run).start, best_cycle(run).stop) == (0, 160)
 
 
 def test_a_clip_that_is_a_cycle_is_taken_whole():

@@ -133,17 +133,15 @@ def feet_of(motion: Motion, looped: Looped) -> Contacts | None:
 
 
 def with_feet_locked(motion: Motion, looped: Looped) -> Looped:
-    """The loop of the clip `motion` with its feet locked, where they slide over the seam and locking them exceeds no
-    more of the ``GATES``; else the loop as it is.
+    """The loop of the clip `motion` with its feet locked, where they slide over the seam and locking them leaves fewer
+    of the ``GATES`` exceeded; else the loop as it is.
     """
     contacts = feet_of(motion, looped)
     own = loop_quality(looped, contacts)
     if contacts is None or own.keeps("foot_slide_m_s"):
         return looped
     other = lock_loop(motion, looped)
-    found = loop_quality(other, contacts)
-    better = len(found.missed) <= len(own.missed) and found.foot_slide_m_s < own.foot_slide_m_s
-    return other if better else looped
+    return other if len(loop_quality(other, contacts).missed) < len(own.missed) else looped
 
 
 def loop_report(motion: Motion, looped: Looped) -> Mapping[str, Any]:

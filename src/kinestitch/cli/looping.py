@@ -109,12 +109,14 @@ def _looped(
     trim: bool,
     frames: tuple[int | None, int | None] | None,
     limits: tuple[float | None, float | None],
-    seam: dict[str, float | None],
+    seam: dict[str, Any],
 ) -> Looped:
     from kinestitch.search.cycle import best_cycle, whole_cycle
     from kinestitch.solve.loop import solve_loop
 
-    search = {} if 0.0 in seam.values() else seam  # a hard cut costs nothing anywhere; it is placed like a smooth one
+    search: dict[str, Any] = (
+        {} if 0.0 in seam.values() else seam
+    )  # a hard cut costs nothing anywhere; it is placed like a smooth one
     if frames is not None:
         start, stop = frames[0] or 0, frames[1]
     elif trim:

@@ -14,6 +14,7 @@ from kinestitch.edit.timeline import FrameRange, Seam
 from kinestitch.errors import ParameterError, RangeError
 from kinestitch.search.features import column_scales, place_features
 from kinestitch.search.price import check_weights, squared_distances
+from kinestitch.search.standing import standing_columns, standing_feet
 from kinestitch.solve.loop import SHORTEST, around_seam, repeats_first_pose
 
 _ALIKE, _NOTHING = 1.3, 1e-3  # of the least cost, and in its unit: among cycles so much alike the longest is taken
@@ -24,7 +25,7 @@ _BLOCK = 512  # rows of the map of costs that are there at a time
 class Cycle:
     """Frames start … stop − 1 of a clip, which are to follow themselves.
 
-    cost : of going from the last to the first of them, what the search minimised (Eq. 18, with weighted joints)
+    cost : of going from the last to the first of them, what the search minimised (Eq. 18 with weighted joints, Eq. 23)
     """
 
     start: int
@@ -45,11 +46,12 @@ def best_cycle(
     stiffness: float | None = None,
     smoothing: float | None = None,
     weights: ArrayLike | str | None = None,
+    contacts: bool = True,
 ) -> Cycle:
     """The frames whose end goes over into their beginning most cheaply, both ends free; of many alike, the longest.
 
     shortest, longest : s, half of the clip and all of it when left out
-    stiffness, smoothing, weights : as for :func:`kinestitch.search.price.price_map`
+    stiffness, smoothing, weights, contacts : as for :func:`kinestitch.search.price.price_map`
 
     Where the body is on the ground and where it looks does not count, how fast it moves does. Raises RangeError where
     the clip holds no cycle of such a length.
@@ -62,8 +64,8 @@ def best_cycle(
     value = Seam(stiffness, smoothing).lambda_at(motion.fps)
     fewest, most = _lengths(motion, shortest, longest)
     ends = _whole(motion)
-    features, around = _features(motion, ends, value, weights)
-    costs, starts = _cheapest_by_length(features, fewest, most)
+    out, into, around = _features(motion, ends, value, weights, contacts)
+    costs, starts = _cheapest_by_length(out, into, fewest, most)
     for span, cost in zip(ends, around, strict=True):
         if fewest <= len(span) <= most and cost <= costs[len(span)]:
             costs[len(span)], starts[len(span)] = cost, span.start
@@ -79,10 +81,11 @@ def whole_cycle(
     stiffness: float | None = None,
     smoothing: float | None = None,
     weights: ArrayLike | str | None = None,
+    contacts: bool = True,
 ) -> Cycle:
     """All frames of a clip, or all but the last where that is the first one over again or costs less."""
     ends = _whole(motion)
-    _, costs = _features(motion, ends, Seam(stiffness, smoothing).lambda_at(motion.fps), weights)
+    _, _, costs = _features(motion, ends, Seam(stiffness, smoothing).lambda_at(motion.fps), weights, contacts)
     best = int(np.argmin(costs))
     return Cycle(ends[best].start, ends[best].stop, float(costs[best]))
 
@@ -112,26 +115,32 @@ def _whole(motion: Motion) -> list[FrameRange]:
 
 
 def _features(
-    motion: Motion, spans: list[FrameRange], stiffness: float, weights: ArrayLike | str | None
-) -> tuple[Array, list[float]]:
-    """Weighted features (F + 1, C) of the clip's places, and what these spans cost with the neighbours that a loop
-    gives them.
+    motion: Motion, spans: list[FrameRange], stiffness: float, weights: ArrayLike | str | None, contacts: bool
+) -> tuple[Array, Array, list[float]]:
+    """Weighted features (F + 1, C) of the clip's places as a cycle's end and as its start, the feet that stand among
+    them; and what these spans cost with the neighbours that a loop gives them, feet only where a pose has to change.
     """
-    scales = column_scales(motion.skeleton, check_weights(motion.skeleton, weights))
+    chosen = check_weights(motion.skeleton, weights)
+    scales = column_scales(motion.skeleton, chosen)
     found = place_features([motion, *(around_seam(motion, span) for span in spans)], stiffness)
     own, *ends = (features * scales for features in found)
-    return own, [float(((end[3] - end[1]) ** 2).sum()) for end in ends]
+    held = standing_feet(motion) if contacts and chosen is not None else None
+    out, into = (np.empty((len(own), 0)),) * 2 if held is None else standing_columns(held, held, stiffness)
+    feet = [float(((out[span.stop] - into[span.start]) ** 2).sum()) for span in spans]
+    poses = [float(((end[3] - end[1]) ** 2).sum()) for end in ends]
+    costs = [pose + (foot if pose > _NOTHING else 0.0) for pose, foot in zip(poses, feet, strict=True)]
+    return np.concatenate([own, out], axis=1), np.concatenate([own, into], axis=1), costs
 
 
-def _cheapest_by_length(features: Array, fewest: int, most: int) -> tuple[Array, NDArray[np.intp]]:
+def _cheapest_by_length(out: Array, into: Array, fewest: int, most: int) -> tuple[Array, NDArray[np.intp]]:
     """For each number of frames the least cost of a cycle that has neighbours of its own at both ends, infinite where
     there is none, and its start: (F + 1,) each.
     """
-    frames = len(features) - 1
+    frames = len(out) - 1
     costs, starts = np.full(frames + 1, np.inf), np.zeros(frames + 1, dtype=np.intp)
     for first in range(1 + fewest, frames, _BLOCK):
         stops = np.arange(first, min(first + _BLOCK, frames))
-        for stop, row in zip(range(first, frames), squared_distances(features[stops], features), strict=False):
+        for stop, row in zip(range(first, frames), squared_distances(out[stops], into), strict=False):
             here = np.arange(max(1, stop - most), stop - fewest + 1)
             better = row[here] < costs[stop - here]
             costs[stop - here[better]], starts[stop - here[better]] = row[here[better]], here[better]
