@@ -131,3 +131,10 @@ def test_no_bar_for_what_is_quick():
 def test_no_bar_off_a_terminal():
     ran = subprocess.run([sys.executable, "-c", BAR.format(patience=0.0)], capture_output=True, check=True)
     assert ran.stderr == ran.stdout == b""
+
+
+def test_every_option_of_stitch_stands_in_one_section_of_its_help():
+    from kinestitch.cli.stitch import SECTIONS, stitch
+
+    named = [name for names in SECTIONS.values() for name in names]
+    assert sorted(named) == sorted(option.name for option in stitch.params if option.param_type_name == "option")

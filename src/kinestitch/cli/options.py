@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,24 @@ _ORDER = "kinestitch.order"
 
 
 class OrderedCommand(click.Command):
-    """A command that remembers in which order options of different names were given."""
+    """A command that remembers in which order options of different names were given.
+
+    sections : heading → names of its options, as the help shows them; what is in none comes last
+    """
+
+    def __init__(self, *words: Any, sections: Mapping[str, Sequence[str]] | None = None, **settings: Any) -> None:
+        super().__init__(*words, **settings)
+        self.sections = dict(sections or {})
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        known = {parameter.name: parameter for parameter in self.get_params(ctx) if isinstance(parameter, click.Option)}
+        named = {name for names in self.sections.values() for name in names}
+        rest = [name for name in known if name not in named]
+        for heading, names in {**self.sections, "Options": rest}.items():
+            rows = [row for name in names if (row := known[name].get_help_record(ctx)) is not None]
+            if rows:
+                with formatter.section(heading):
+                    formatter.write_dl(rows)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         order = self.make_parser(ctx).parse_args(args=list(args))[2]

@@ -34,7 +34,16 @@ EDITS = ("replace", "insert", "append", "delete")
 Step = Callable[[str], None]
 
 
-@click.command(cls=OrderedCommand, no_args_is_help=True)
+SECTIONS = {
+    "Edits": (*EDITS, "take"),
+    "Where to cut, and when": ("snap", "keep_length", "align_steps", "warp", "speed"),
+    "How seams are solved": ("auto", "smooth", "stiffness", "chart", "method", "foot_lock"),
+    "Where the body has to be": ("pin", "waypoint", "come_back"),
+    "What is written": ("output", "report", "skeleton_only", "preset"),
+}
+
+
+@click.command(cls=OrderedCommand, sections=SECTIONS, no_args_is_help=True)
 @click.argument("original", type=FILE)
 @click.option("--replace", type=OVER, multiple=True, metavar="A:B REF@a:b", help="Paste REF over the frames A:B.")
 @click.option("--insert", type=BEFORE, multiple=True, metavar="N REF@a:b", help="Put REF in front of frame N.")
