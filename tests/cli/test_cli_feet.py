@@ -1,4 +1,4 @@
-"""``stitch --foot-lock`` locks feet, and the report tells what that did or would do."""
+"""``stitch`` locks feet unless told otherwise, and the report tells what that did or would do."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def told(kinestitch, *words: str) -> dict:
 
 @pytest.mark.usefixtures("walker")
 def test_feet_are_locked_and_need_not_be(kinestitch):
-    on = told(kinestitch, "--foot-lock", "-o", "on.bvh")
-    off = told(kinestitch, "-o", "off.bvh")
+    on = told(kinestitch, "-o", "on.bvh")
+    off = told(kinestitch, "--no-foot-lock", "-o", "off.bvh")
     assert on["locked"]
     assert not off["locked"]
     assert on["slide_in_contact_m_s_after"] < 0.3 * on["slide_in_contact_m_s_before"]
@@ -47,7 +47,10 @@ def test_a_rig_without_feet_is_stitched_as_it_was(kinestitch, clip):
 
 
 @pytest.mark.usefixtures("walker")
-def test_a_document_holds_no_lock(kinestitch):
-    words = ("stitch", "walk.bvh", "--append", "kick.bvh", "-o", "edit.otio")
-    assert kinestitch(*words).code == 0
-    assert "--foot-lock" in kinestitch(*words, "--foot-lock").error
+def test_a_document_says_whether_feet_are_locked(kinestitch):
+    words = ("stitch", "walk.bvh", "--replace", "42:65", "kick.bvh@15:56")
+    assert kinestitch(*words, "--no-foot-lock", "-o", "edit.otio").code == 0
+    for document, options, locked in (("edit.otio", (), False), ("edit.otio", ("--foot-lock",), True)):
+        assert kinestitch("stitch", document, *options, "-o", "out.bvh", "--report", "r.json").code == 0
+        assert json.loads(Path("r.json").read_text(encoding="utf-8"))["feet"]["locked"] is locked
+    assert "feet" in kinestitch("info", "edit.otio").out

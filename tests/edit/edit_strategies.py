@@ -100,7 +100,7 @@ def timelines(draw: st.DrawFn, *, most_frames: int = 40, rates: tuple[float, ...
     segments = tuple(segment(draw(st.sampled_from(clips))) for _ in range(count))
     frames = sum(map(len, segments))
     pinned = agreeing(draw(st.lists(pins(frames), max_size=3)))
-    return Timeline(clips, segments, tuple(draw(seams()) for _ in range(count - 1)), fps, pinned)
+    return Timeline(clips, segments, tuple(draw(seams()) for _ in range(count - 1)), fps, pinned, draw(st.booleans()))
 
 
 def spans(timeline: Timeline) -> st.SearchStrategy[tuple[int, int]]:

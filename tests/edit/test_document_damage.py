@@ -100,6 +100,7 @@ def test_truncated_anywhere(path, sound):
         ('"smoothing": 0.2', '"smoothing": 1, "stiffness": 1', "both"),
         ('"smoothing": 0.2', '"smoothing": 1, "automatic": true', "automatic seam without"),
         ('"smoothing": 0.2', '"automatic": 1', "True or False, got 1"),
+        ('"schema": 1', '"schema": 1, "foot_lock": "no"', "True or False, got 'no'"),
         ('"value": 60.0', '"value": NaN', "time range"),
         ('"value": 60.0', '"value": -1.0', "time range"),
         ('"value": 60.0', '"value": 1e300', "frame number"),

@@ -66,6 +66,7 @@ class EditFacts:
     seams: tuple[SeamFacts, ...]
     sources: tuple[SourceFacts, ...]
     pins: tuple[str, ...]
+    foot_lock: bool
     warnings: tuple[str, ...]
 
 
@@ -99,6 +100,7 @@ def edit_facts(path: str) -> EditFacts:
         ),
         sources=tuple(_source_facts(clip, document.sources.get(clip.source, "")) for clip in line.clips),
         pins=tuple(map(str, line.pins)),
+        foot_lock=line.foot_lock,
         warnings=tuple(oddities),
     )
 
@@ -123,6 +125,7 @@ def show_edit_facts(told: EditFacts) -> None:
             for number, seam in enumerate(told.seams, start=1)
         ),
         *(("pin", pin) for pin in told.pins),
+        *(() if told.foot_lock else (("feet", "not locked"),)),
         *(("clip", _source(source)) for source in told.sources),
         *(("warning", oddity) for oddity in told.warnings),
     ]

@@ -83,9 +83,8 @@ SECTIONS = {
 )
 @click.option(
     "--foot-lock/--no-foot-lock",
-    default=False,
-    show_default=True,
-    help="Keep planted feet where they stand near seams.",
+    default=None,
+    help="Keep planted feet where they stand near seams.  [default: foot-lock]",
 )
 @click.option(
     "--skeleton-only", is_flag=True, help="Leave out the mesh and all else that OUT keeps of ORIGINAL in its format."
@@ -104,7 +103,7 @@ def stitch(
     auto: bool,
     chart: str,
     method: str,
-    foot_lock: bool,
+    foot_lock: bool | None,
     pin: tuple[Pin, ...],
     waypoint: tuple[Pin, ...],
     come_back: float | None,
@@ -134,7 +133,7 @@ def stitch(
       kinestitch stitch walk.bvh --append run.bvh --align-steps 0.3 -o out.bvh
       kinestitch stitch walk.bvh --insert 60 kick.bvh --speed 2=0.5 -o out.bvh
       kinestitch stitch walk.bvh --waypoint 120=1,2.5 --pin LeftHand@80=0.3,1.4,1.6 \\
-                 --foot-lock -o out.bvh
+                 -o out.bvh
       kinestitch stitch walk.bvh --replace 60:110 kick.bvh -o edit.otio
       kinestitch stitch edit.otio -o out.bvh
     """
@@ -142,7 +141,7 @@ def stitch(
     _check_paths(ctx, original, edits, output, report)
     seam = _seam(ctx, smooth, stiffness, auto)
     with progress(len(edits) + 8) as step:
-        opened, notes = _edited(Library(step), original, take, edits, seam)
+        opened, notes = _edited(Library(step), original, take, edits, (seam, foot_lock))
         opened, changed = in_time(opened, ctx.params, step)
         notes += changed
         opened = with_pins(opened, (*pin, *waypoint), come_back)
@@ -154,7 +153,7 @@ def stitch(
         if is_document(output) and report is None:
             solved, numbers = None, None
         else:
-            solved, numbers = _solved(opened, (chart, method), foot_lock, step)
+            solved, numbers = _solved(opened, (chart, method), step)
             step("writing")
             how = {"skeleton_only": skeleton_only, "preset": preset, "take": take}
             _write(solved, numbers, None if is_document(output) else output, report, opened, how)
@@ -177,7 +176,7 @@ def _check_paths(
     if ctx.params["take"] is not None and (is_document(original) or is_document(output)):
         raise click.UsageError("Expected no --take with a document, which names files alone. Convert it first.", ctx)
     if is_document(output):
-        for name in ("chart", "method", "foot_lock", "preset") if report is None else ("preset",):
+        for name in ("chart", "method", "preset") if report is None else ("preset",):
             if ctx.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
                 raise click.UsageError(
                     f"Expected no --{name.replace('_', '-')} for a document, which holds the edit alone.", ctx
@@ -213,15 +212,22 @@ def _seam(ctx: click.Context, smooth: float | None, stiffness: float | None, aut
 
 
 def _edited(
-    library: Library, original: str, take: str | None, edits: list[tuple[str, Any]], seam: Seam | None
+    library: Library,
+    original: str,
+    take: str | None,
+    edits: list[tuple[str, Any]],
+    wishes: tuple[Seam | None, bool | None],
 ) -> tuple[Opened, list[str]]:
+    """The edit and notes on it; wishes : for all seams, and for the feet, None where the edit itself may say."""
     from dataclasses import replace
 
     from kinestitch.cli.fitting import changes
     from kinestitch.cli.joining import drop_repeated_poses
     from kinestitch.edit import ClipInfo, add_clip, apply_edits
 
+    seam, foot_lock = wishes
     line = library.open(original, take).timeline
+    line = line if foot_lock is None else replace(line, foot_lock=foot_lock)
     frames = line.frames
     script = []
     for kind, value in edits:
@@ -257,14 +263,16 @@ def _save(opened: Opened, output: str) -> None:
     save_document(opened.timeline, output, sources={k: v for k, v in opened.sources.items() if k in known})
 
 
-def _solved(opened: Opened, how: tuple[Any, Any], lock: bool, step: Step) -> tuple[Solved, dict[str, Any]]:
+def _solved(opened: Opened, how: tuple[Any, Any], step: Step) -> tuple[Solved, dict[str, Any]]:
     """The result, its feet locked where the rig has feet, and its numbers; how : chart and method."""
     from kinestitch.analysis.quality import report
     from kinestitch.analysis.skating import feet_report
     from kinestitch.solve.stitch import solve_timeline
 
     step("solving the seams")
-    solved = solve_timeline(opened.timeline, opened.clips, chart=how[0], method=how[1], foot_lock=lock)
+    solved = solve_timeline(
+        opened.timeline, opened.clips, chart=how[0], method=how[1], foot_lock=opened.timeline.foot_lock
+    )
     step("measuring the seams")
     return solved, {**report(solved), "feet": feet_report(solved)}
 

@@ -87,6 +87,8 @@ def _to_otio(otio: Any, timeline: Timeline, urls: Mapping[str, str], name: str) 
         "fps": timeline.fps,
         "clips": [clip_data(info, urls.get(info.key)) for info in timeline.clips],
     }
+    if not timeline.foot_lock:
+        own["foot_lock"] = False
     line = otio.schema.Timeline(name, metadata={KEY: own})
     # A track's kind may be any text, but other programs ask for Video or Audio and pass over the rest.
     track = otio.schema.Track("motion", kind=otio.schema.TrackKind.Video, metadata={KEY: {"kind": "motion"}})

@@ -119,10 +119,11 @@ def assemble(
         raise DocumentError("Expected at least one clip on the track, got none.")
     clips = _Clips(folder, probe)
     if own is None:
-        fps = _rate_of(strips[0], clips)
+        fps, foot_lock = _rate_of(strips[0], clips), True
     else:
         own = upgraded(own)
-        table = known_fields(own.timeline, {"schema", "written_by", "fps", "clips"}, ignored)
+        table = known_fields(own.timeline, {"schema", "written_by", "fps", "clips", "foot_lock"}, ignored)
+        foot_lock = table.get("foot_lock", True)
         fps = number(table.get("fps"), "the timeline's fps")
         for entry in checked(table.get("clips"), list, "the clips"):
             clips.add(*clip_from(entry, ignored))
@@ -139,7 +140,7 @@ def assemble(
         segment = Segment(key, _range_of(strip, clips.infos[key], fps, offset))
         pins.extend(_pins_of(data.get("pins", []), segment, sum(map(len, segments)), ignored))
         segments.append(segment)
-    timeline = Timeline(tuple(clips.infos.values()), tuple(segments), tuple(seams[1:]), fps, tuple(pins))
+    timeline = Timeline(tuple(clips.infos.values()), tuple(segments), tuple(seams[1:]), fps, tuple(pins), foot_lock)
     return timeline, {key: from_url(url, folder) for key, url in clips.urls.items()}
 
 

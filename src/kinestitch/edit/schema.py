@@ -24,7 +24,7 @@ class Own:
     """What is ours in one document.
 
     timeline : ``schema``, ``written_by``, ``fps``, ``clips`` (list of ``key``, ``frames``, ``fps`` and maybe ``url``; a
-        retimed one has a ``retiming`` with its source's key, ``clip``, and ``knots``)
+        retimed one has a ``retiming`` with its source's key, ``clip``, and ``knots``), ``foot_lock`` where it is false
     segments : for each segment ``clip``, the key, ``seam``, the settings of the seam in front of it, and maybe
         ``pins``, whose frames are those of the clip at the timeline's rate
     """

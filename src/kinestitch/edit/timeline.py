@@ -212,6 +212,7 @@ class Timeline:
     seams : seam i lies between segments i and i + 1
     fps : the result's rate
     pins : what single frames of the result have to show, in the order of these frames
+    foot_lock : whether feet near the seams are to be held where they stand in the clips
 
     Raises RangeError for no segment and for a segment outside its clip or a pin outside the result, MissingClipError
     for a segment of an unknown clip, ParameterError for keys that occur twice, a wrong number of seams, fps ≤ 0 or two
@@ -223,8 +224,11 @@ class Timeline:
     seams: tuple[Seam, ...]
     fps: float
     pins: tuple[Pin, ...] = ()
+    foot_lock: bool = True
 
     def __post_init__(self) -> None:
+        if not isinstance(self.foot_lock, bool):
+            raise ParameterError(f"Expected a timeline's foot_lock to be True or False, got {self.foot_lock!r}.")
         for name in ("clips", "segments", "seams"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "fps", positive_rate(self.fps))
