@@ -2,43 +2,46 @@
 
 The solve works on rotations and on the path of the hips; feet follow, and slide. Here ankle, foot and toe of a leg that
 stands in a source are brought back to where the placed source has them, by analytic two-bone IK: the knee stays in its
-own plane, no bone changes its length, and the hips are not touched.
+own plane and no bone changes its length. The hips come down a little where a leg would be too short.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinestitch.core.kinematics import WorldPose, two_bone_ik, world_pose
+from kinestitch.core.kinematics import WorldPose, world_pose
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import (
-    Array,
-    quat_conjugate,
-    quat_multiply,
-    quat_normalize,
-    quat_rotate,
-    quat_to_rotvec,
-    rotvec_to_quat,
-)
+from kinestitch.core.rotation import Array, quat_conjugate, quat_continuous, quat_log, quat_multiply, quat_rotate
 from kinestitch.errors import ParameterError
-from kinestitch.rig.hips import hip_height
-from kinestitch.solve.contacts import SHORTEST, Contacts, Leg, Mask, find_contacts, legs_of
+from kinestitch.rig.hips import hip_height, hips_joint
+from kinestitch.solve.contacts import Contacts, Leg, Mask, find_contacts, legs_of
+from kinestitch.solve.legs import (
+    above,
+    ankle_moved,
+    bent_leg,
+    leg_pose,
+    lowered,
+    missing_height,
+    pivot_of,
+    stretched,
+)
 from kinestitch.solve.placed import Placed
-from kinestitch.solve.seam import Cluster, clusters
+from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
-from kinestitch.solve.stances import FootPath, carry_over, raised, wanted_path
+from kinestitch.solve.stances import FootPath, Setting, released, settled
+from kinestitch.solve.swings import GROUND, carry_heights, carry_over, clearance, floor_under, step_arcs
 
 Frames = NDArray[np.intp]
 
-BLEND = 0.15
-"""s in which a foot leaves its solved way to a stance, or comes back to it."""
+BLEND = 0.42
+"""s in which a foot comes back from a stance to its solved way, as long as a default seam shows."""
 
-_SOFT = 0.97  # of a leg's length, from which a target is approached ever more slowly
-_STRAIGHT = np.radians(4.0)  # knees bent less have no plane that could be trusted
-_RISE = 0.6  # of the blend in which a foot leaves the ground, so that it does not pass low over it
+_UP = np.array([0.0, 1.0, 0.0])
+_FARTHEST = 0.03  # leg lengths that the hips come down for a stance's ends
 _STILL = 1e-7  # m and rad; less is left alone
 
 
@@ -73,9 +76,10 @@ def locked(solved: Solved, contacts: Contacts | None = None, *, blend: float = B
 
     contacts : on the frames of the result, :func:`placed_contacts` when left out; blend : s
 
-    Only legs change, only within the windows of seams, and only where a stance is, or within `blend` of one. A target
-    out of a leg's reach is approached, never with the leg straighter than the solve had it or than a soft limit. Feet
-    that do not stand in any source, and hard cuts, are left alone.
+    Only legs and the height of the hips change, and only within the windows of seams. Before and after a stance a foot
+    leaves its solved way as a gap is closed by the solve. A stance near a seam is given up where holding it would throw
+    the foot. A target out of a leg's reach is approached, never with the leg straighter than the solve or the source
+    has it, or than a soft limit. Hard cuts, and feet that stand in no source, are left alone.
 
     Raises SkeletonMismatchError for a rig without feet, ParameterError for a wrong number of frames or blend ≤ 0.
     """
@@ -88,19 +92,24 @@ def locked(solved: Solved, contacts: Contacts | None = None, *, blend: float = B
         raise ParameterError(f"Expected contacts for {motion.frames} frames, got {len(contacts.held)}.")
     if solved.motion is solved.cut or not contacts.held.any():
         return Locked(motion, contacts)
-    rotations, held = motion.rotations.copy(), contacts.held.copy()
-    for cluster in clusters(solved.seams, motion.frames):
+    rotations, translations, held = motion.rotations.copy(), motion.translations.copy(), contacts.held.copy()
+    for cluster in clusters(solved.seams, motion.frames, solved.placed.firm):
         here = slice(cluster.start, cluster.stop)
         bounded = (cluster.start > 0, cluster.stop < motion.frames)
-        frames = max(2, round(blend * motion.fps))
-        window = _Window(cluster, bounded, _part(motion, here), _part(solved.cut, here), frames)
-        for leg in legs:
-            stands, changed = window.bent(leg, contacts.of(leg.foot, leg.toe)[here])
+        setting = Setting(cluster, bounded, motion.fps, hip_height(motion.skeleton), blend * motion.fps)
+        window = _window(_part(motion, here), _part(solved.cut, here), setting)
+        goals = [_goal(window, leg, contacts.of(leg.foot, leg.toe)[here], contacts.of(leg.foot)[here]) for leg in legs]
+        down = _hips_down(window, legs, goals)
+        hips = hips_joint(motion.skeleton)
+        lifted = above(window.ours, motion.skeleton.parents[hips])
+        translations[here, hips] += quat_rotate(quat_conjugate(lifted), down)
+        for leg, goal in zip(legs, goals, strict=True):
             columns = [contacts.joints.index(joint) for joint in (leg.foot, leg.toe) if joint in contacts.joints]
-            held[here, columns] &= stands[:, None]
-            for joint, (rows, values) in changed.items():
-                rotations[rows + cluster.start, joint] = values
-    return Locked(replace(motion, rotations=rotations), Contacts(contacts.joints, held))
+            held[here, columns] &= goal.stands[:, None]
+            frames, local = _bent(window, leg, goal, down)
+            for joint, values in local.items():
+                rotations[cluster.start + frames, joint] = values
+    return Locked(replace(motion, rotations=rotations, translations=translations), Contacts(contacts.joints, held))
 
 
 def _part(motion: Motion, frames: slice) -> Motion:
@@ -109,132 +118,103 @@ def _part(motion: Motion, frames: slice) -> Motion:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Window:
-    """One cluster's frames of the result and of the hard cut."""
+    """One cluster's frames of the result and of the hard cut, local and in the world."""
 
-    cluster: Cluster
-    bounded: tuple[bool, bool]
     motion: Motion
     cut: Motion
-    blend: int
+    ours: WorldPose
+    theirs: WorldPose
+    setting: Setting
 
-    def bent(self, leg: Leg, held: Mask) -> tuple[Mask, dict[int, tuple[Frames, Array]]]:
-        """The frames (n,) in which a foot stands, and for each changed joint of its leg the frames (from the window's
-        start) and its local rotations there.
-        """
-        if not held.any():
-            return held, {}
-        ours, theirs = world_pose(self.motion), world_pose(self.cut)
-        now, placed = foot_path(ours, leg), foot_path(theirs, leg)
-        size, shortest = hip_height(self.motion.skeleton), round(SHORTEST * self.motion.fps)
-        goal = wanted_path(
-            placed, held, self.cluster, bounded=self.bounded, leg=size, blend=self.blend, shortest=shortest
-        )
-        away = quat_to_rotvec(quat_multiply(goal.path.turn, quat_conjugate(now.turn)))
-        there = np.ones((len(held), 1))
-        offsets = np.concatenate([goal.path.pivot - now.pivot, away, self._toe_offsets(leg), there], axis=1)
-        level = carry_over(offsets, goal.stands, self.blend)
-        level[:, 1:2] = carry_over(offsets[:, 1:2], goal.stands, max(2, round(_RISE * self.blend)))
-        offsets = level
-        swings = ~goal.stands
-        offsets[swings, 1] += raised(now.pivot[:, 1] + offsets[:, 1], goal.low)[swings]
-        frames = np.flatnonzero(np.abs(offsets[:, :9]).max(axis=1) > _STILL)
-        if not len(frames):
-            return goal.stands, {}
-        pose = WorldPose(ours.positions[frames], ours.rotations[frames])
-        stretch = np.linalg.norm(theirs.positions[frames, leg.foot] - theirs.positions[frames, leg.thigh], axis=-1)
-        local = bent_leg(
-            pose, self.motion.rotations[frames], leg, offsets[frames], stretch, self.motion.skeleton.parents
-        )
-        return goal.stands, {joint: (frames, values) for joint, values in local.items()}
 
-    def _toe_offsets(self, leg: Leg) -> Array:
-        """From the result's local rotation of the toe to the source's, as rotation vectors (n, 3)."""
-        if leg.toe is None:
-            return np.zeros((self.motion.frames, 3))
-        there, here = self.cut.rotations[:, leg.toe], self.motion.rotations[:, leg.toe]
-        return quat_to_rotvec(quat_multiply(there, quat_conjugate(here)))
+def _window(motion: Motion, cut: Motion, setting: Setting) -> _Window:
+    return _Window(motion, cut, world_pose(motion), world_pose(cut), setting)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Goal:
+    """What a foot shall do in a window.
+
+    offsets : (n, 9) m by which its pivot is moved, rad by which it is turned in the world, and its toe against it
+    stands : (n,) frames in which it stands
+    """
+
+    offsets: Array
+    stands: Mask
+
+
+def _goal(window: _Window, leg: Leg, held: Mask, flat: Mask) -> _Goal:
+    """held, flat : (n,) frames in which the foot stands in the sources, and in which its heel does"""
+    now, placed, setting = foot_path(window.ours, leg), foot_path(window.theirs, leg), window.setting
+    stances = settled(placed, held, flat, setting)
+    there = stances.path
+    offsets = np.concatenate(
+        [
+            there.pivot - now.pivot,
+            _rotvecs(quat_multiply(there.turn, quat_conjugate(now.turn))),
+            stances.evened(_toe_offsets(window, leg)),
+        ],
+        axis=1,
+    )
+    far = _missing(window, leg, offsets, held) < -_FARTHEST * setting.leg
+    stands = released(stances, offsets[:, :3], far, setting)
+    if not held.any():
+        return _Goal(np.zeros(offsets.shape), stands)
+    offsets[~stands] = 0.0
+    known = setting.known(stands)
+    carried = carry_over(offsets, known, setting.blend, breaks=setting.hard)
+    arcs = step_arcs(stands, held & ~stands, there.pivot[:, GROUND], setting.leg)
+    path = now.pivot[:, GROUND] + carried[:, GROUND]
+    least = floor_under(placed.pivot[:, 1], setting.blend) + arcs + _clearance(path, placed, setting)
+    carried[:, 1] = carry_heights(offsets[:, 1], known, least - now.pivot[:, 1], setting.blend, setting.hard)
+    return _Goal(carried, stands)
 
 
 def foot_path(pose: WorldPose, leg: Leg) -> FootPath:
-    pivot = leg.foot if leg.toe is None else leg.toe
-    return FootPath(pose.positions[:, pivot], pose.rotations[:, leg.foot])
+    """Where a foot is, by the joint about which it rolls."""
+    return FootPath(pose.positions[:, pivot_of(leg)], pose.rotations[:, leg.foot])
 
 
-def bent_leg(
-    pose: WorldPose, local: Array, leg: Leg, offsets: Array, stretch: Array, parents: tuple[int, ...]
-) -> dict[int, Array]:
-    """Local rotations of a leg's joints whose foot is moved and turned by `offsets`: (n, 10) m of the pivot, rad of the
-    foot in the world, rad of the toe, and how much of the way to its stance the foot is.
-
-    stretch : (n,) m from hip joint to ankle in the source
-    """
-    pivot = leg.foot if leg.toe is None else leg.toe
-    hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
-    turned = rotvec_to_quat(offsets[:, 3:6])
-    target = pose.positions[:, pivot] + offsets[:, :3] + quat_rotate(turned, ankle - pose.positions[:, pivot])
-    target = within_reach(hip, knee, ankle, target, stretch)
-    first, second = unlocked(pose, leg, offsets[:, 9])
-    bent_knee = hip + quat_rotate(first, knee - hip)
-    by_thigh, by_shin = two_bone_ik(hip, bent_knee, bent_knee + quat_rotate(second, ankle - knee), target)
-    by_thigh, by_shin = quat_multiply(by_thigh, first), quat_multiply(by_shin, second)
-    thigh, shin, foot = (pose.rotations[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
-    above = _above(pose, parents[leg.thigh])
-    out = {
-        leg.thigh: quat_multiply(quat_conjugate(above), quat_multiply(by_thigh, thigh)),
-        leg.shin: _local(pose.rotations[:, parents[leg.shin]], by_thigh, quat_multiply(by_shin, shin)),
-        leg.foot: _local(pose.rotations[:, parents[leg.foot]], by_shin, quat_multiply(turned, foot)),
-    }
-    if leg.toe is not None:
-        out[leg.toe] = quat_multiply(rotvec_to_quat(offsets[:, 6:9]), local[:, leg.toe])
-    return {joint: quat_normalize(_same_sign(values, local[:, joint])) for joint, values in out.items()}
+def _clearance(path: Array, placed: FootPath, setting: Setting) -> Array:
+    seams = setting.cluster.local_frames
+    return clearance(path, placed.pivot[:, GROUND], seams=seams, fps=setting.fps, leg=setting.leg)
 
 
-def _above(pose: WorldPose, parent: int) -> Array:
-    if parent < 0:
-        return np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(pose.rotations), 4))
-    return pose.rotations[:, parent]
+def _rotvecs(turns: Array) -> Array:
+    """Rotation vectors (n, 3) of turns (n, 4), continuous in time."""
+    turns = quat_continuous(turns)
+    return quat_log(-turns if turns[:, 3].sum() < 0 else turns)
 
 
-def _local(parent: Array, turned: Array, world: Array) -> Array:
-    """Local rotations of a joint that shall stand as `world`, its parent having been turned from the left."""
-    return quat_multiply(quat_conjugate(quat_multiply(turned, parent)), world)
+def _toe_offsets(window: _Window, leg: Leg) -> Array:
+    """From the result's local rotation of the toe to the source's, as rotation vectors (n, 3)."""
+    if leg.toe is None:
+        return np.zeros((window.motion.frames, 3))
+    there, here = window.cut.rotations[:, leg.toe], window.motion.rotations[:, leg.toe]
+    return _rotvecs(quat_multiply(there, quat_conjugate(here)))
 
 
-def _same_sign(values: Array, like: Array) -> Array:
-    return np.where(np.einsum("fi,fi->f", values, like)[:, None] < 0, -values, values)
+def _missing(window: _Window, leg: Leg, offsets: Array, stands: Mask) -> Array:
+    """By how much (n,) m ≤ 0 the hips are too high for a foot that is moved by `offsets`, where it stands."""
+    pose = leg_pose(window.ours, leg, stretched(window.theirs, leg))
+    return missing_height(pose, ankle_moved(window.ours, leg, offsets), stands)
 
 
-def within_reach(hip: Array, knee: Array, ankle: Array, target: Array, stretch: Array) -> Array:
-    """Targets (n, 3) drawn towards the hip joint where the leg would have to be straighter than it is, than in the
-    source (`stretch`, (n,) m from hip joint to ankle) and than a soft limit; nearer ones stay.
-    """
-    length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
-    own = np.maximum(np.linalg.norm(ankle - hip, axis=-1), np.minimum(stretch, 0.9999 * length))
-    wanted = np.linalg.norm(target - hip, axis=-1)
-    soft, rest = _SOFT * length, (0.998 - _SOFT) * length
-    eased = np.where(wanted > soft, soft + rest * (1 - np.exp(-np.maximum(wanted - soft, 0.0) / rest)), wanted)
-    reach = np.where(wanted <= own, wanted, np.maximum(eased, own))
-    return np.asarray(hip + (target - hip) * (reach / np.maximum(wanted, 1e-12))[:, None])
+def _hips_down(window: _Window, legs: Sequence[Leg], goals: Sequence[_Goal]) -> Array:
+    """By how much the hips are moved down, (n, 3) m in the world."""
+    missing = np.min(
+        [_missing(window, leg, goal.offsets, goal.stands) for leg, goal in zip(legs, goals, strict=True)], axis=0
+    )
+    if missing.min() > -_STILL:
+        return np.zeros((len(missing), 3))
+    return lowered(missing, window.setting.fps, window.setting.leg)[:, None] * _UP
 
 
-def unlocked(pose: WorldPose, leg: Leg, share: Array) -> tuple[Array, Array]:
-    """World turns (n, 4) of thigh and shin that give a straight or overstretched knee a slight bend, `share` (n,) of
-    it, in the plane in which this knee bends elsewhere.
-    """
-    hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
-    thigh = pose.rotations[:, leg.thigh]
-    axis = quat_rotate(quat_conjugate(thigh), np.cross(knee - hip, ankle - knee)).sum(axis=0)
-    size = float(np.linalg.norm(axis))
-    hinge = quat_rotate(thigh, np.broadcast_to(axis / max(size, 1e-12), hip.shape))
-    return slightly_bent(knee - hip, ankle - knee, hinge, share if size >= 1e-9 else np.zeros_like(share))
-
-
-def slightly_bent(upper: Array, lower: Array, hinge: Array, share: Array) -> tuple[Array, Array]:
-    """World turns (n, 4) of an upper and a lower bone (n, 3) that are straight or overstretched, by which they are bent
-    a little about their hinge (n, 3) of length 1, `share` (n,) of it.
-    """
-    sine = np.einsum("fi,fi->f", np.cross(upper, lower), hinge)
-    bend = np.arctan2(sine, np.einsum("fi,fi->f", upper, lower))
-    missing = np.maximum(_STRAIGHT - bend, 0.0) * np.clip(share, 0.0, 1.0)
-    back = -missing / 2
-    return rotvec_to_quat(hinge * back[:, None]), rotvec_to_quat(hinge * (back + missing)[:, None])
+def _bent(window: _Window, leg: Leg, goal: _Goal, down: Array) -> tuple[Frames, Mapping[int, Array]]:
+    """The frames in which a leg changes, and its joints' local rotations there."""
+    frames = np.flatnonzero(np.abs(np.concatenate([goal.offsets, down], axis=1)).max(axis=1) > _STILL)
+    pose = WorldPose(window.ours.positions[frames] + down[frames, None], window.ours.rotations[frames])
+    offsets, stretch = goal.offsets[frames].copy(), stretched(window.theirs, leg)[frames]
+    offsets[:, :3] -= down[frames]
+    motion = window.motion
+    return frames, bent_leg(pose, motion.rotations[frames], leg, offsets, stretch, motion.skeleton.parents)

@@ -16,8 +16,8 @@ from kinestitch.errors import ParameterError
 from kinestitch.rig.families import LIMBS, SIDES
 from kinestitch.rig.hips import hips_joint
 from kinestitch.rig.roles import roles_of
-from kinestitch.solve.footlock import slightly_bent
 from kinestitch.solve.joint_pins import Turn
+from kinestitch.solve.legs import slightly_bent
 
 MET = 1e-6
 """m within which an exact pin has to be met."""

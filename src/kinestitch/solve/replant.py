@@ -15,9 +15,10 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.rig.hips import hip_height
 from kinestitch.solve.contacts import Contacts, Leg, Mask, legs_of, runs
-from kinestitch.solve.footlock import BLEND, bent_leg, foot_path
+from kinestitch.solve.footlock import BLEND, foot_path
 from kinestitch.solve.ground import GroundMove
-from kinestitch.solve.stances import carry_over
+from kinestitch.solve.legs import bent_leg
+from kinestitch.solve.swings import carry_over
 
 _APART, _TURNED = 0.35, np.radians(50.0)
 """Leg lengths and rad by which a stance's ends may be moved differently; feet of others are left as they were moved."""
@@ -53,17 +54,17 @@ def replanted(before: Motion, after: Motion, move: GroundMove, contacts: Contact
 def _offsets(
     poses: tuple[WorldPose, WorldPose], move: GroundMove, leg: Leg, held: Mask, motion: Motion
 ) -> tuple[Array, Mask]:
-    """How a foot has to be moved from where the body took it (F, 10): m, rad in the world, nothing of the toe, and how
-    much of it; and the frames (F,) in which it stands.
+    """How a foot has to be moved from where the body took it (F, 9): m, rad in the world, nothing of the toe; and the
+    frames (F,) in which it stands.
     """
     old, new = foot_path(poses[0], leg).pivot, foot_path(poses[1], leg).pivot
     size, stands = hip_height(motion.skeleton), np.zeros(len(held), dtype=bool)
-    offsets = np.zeros((len(held), 10))
+    offsets = np.zeros((len(held), 9))
     for start, stop in runs(held):
         here, middle = np.arange(start, stop), (start + stop - 1) // 2
         away = move.points(old[here], np.full(stop - start, middle)) - new[here]
         turn = move.yaw[middle] - move.yaw[here]
         if np.linalg.norm(away, axis=-1).max() < _APART * size and np.abs(turn).max() < _TURNED:
             stands[here] = True
-            offsets[here, :3], offsets[here, 4], offsets[here, 9] = away, turn, 1.0
-    return carry_over(offsets, stands, max(2, round(BLEND * motion.fps))), stands
+            offsets[here, :3], offsets[here, 4] = away, turn
+    return carry_over(offsets, stands, BLEND * motion.fps), stands

@@ -1,18 +1,18 @@
 """Where feet have to be around seams: the stances of the placed sources, and what becomes of those that a seam cuts.
 
-A stance of a source stays where it was placed. Where one source stands until the seam and the other from it on, both
-stances become one: it stands between the two places, nearer to the one it stands on longer, and the foot reaches it
-and leaves it in its swings. A stance that lasts beyond the seam's window cannot be moved. Where the two places lie too
-far apart to be one, or neither can be moved, the foot gets time around the seam to go from one to the other.
+A stance of a source stays where it was placed. Where one source stands until the seam and the other from it on, and not
+far off, both stances become one: it stands between the two places, nearer to the one it stands on longer. Where holding
+a foot would throw it harder than a leg can, it is released earlier, or put down later: so it gets the time for a step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence, Set
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinestitch.core.rotation import (
     Array,
@@ -22,13 +22,15 @@ from kinestitch.core.rotation import (
     quat_to_rotvec,
     rotvec_to_quat,
 )
-from kinestitch.solve.contacts import Mask, runs
+from kinestitch.solve.contacts import SHORTEST, Mask, runs
+from kinestitch.solve.laplacian import second_difference
 from kinestitch.solve.seam import Cluster
+from kinestitch.solve.swings import GROUND, carry_over
 
-GROUND = (0, 2)
-_APART, _TURNED = 0.35, np.radians(50.0)  # leg lengths and rad within which two stances can become one
-_SINK = 2.5e-3  # m
-_LIFT, _HIGHEST = 0.2, 0.09  # of a step's length, leg lengths
+_APART, _UNEVEN, _TURNED = 0.35, 0.1, np.radians(50.0)  # leg lengths and rad within which two stances can become one
+_PAUSE = 0.15  # s that may lie between them
+_HARDEST = 18.0  # leg lengths per s², what holding a foot may add to its acceleration
+_TIE = 2  # frames by which the peak may be nearer to one stance than to the other, and both still give way
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,17 +44,35 @@ class FootPath:
     turn: Array
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Wanted:
-    """What is wanted of a foot.
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What is the same for both feet of a window.
 
-    path : where it stands; stands : (n,) the frames in which it does; low : (n,) m, the height under which its pivot
-    must not come: the floor, or the source's own height where it is lower, and on a step over a seam an arc above it
+    bounded : whether frames come before the window and after it, which shall stay as they are
+    leg : m; blend : frames in which an offset dies away
     """
 
-    path: FootPath
-    stands: Mask
-    low: Array
+    cluster: Cluster
+    bounded: tuple[bool, bool]
+    fps: float
+    leg: float
+    blend: float
+
+    @property
+    def hard(self) -> tuple[int, ...]:
+        """Frames of the window before which there is a hard cut."""
+        places = zip(self.cluster.seams, self.cluster.local_frames, strict=True)
+        return tuple(frame for seam, frame in places if seam.stiffness == 0)
+
+    def known(self, stands: Mask) -> Mask:
+        """The frames (n,) whose offset is known: those of the stances, and those beside which the window ends."""
+        known = stands.copy()
+        first, last = (
+            max(2, held) if bounded else 0 for held, bounded in zip(self.cluster.held, self.bounded, strict=True)
+        )
+        known[:first] = True
+        known[len(known) - last :] = True
+        return known
 
 
 @dataclass(slots=True)
@@ -72,81 +92,97 @@ class _Piece:
 
 @dataclass(frozen=True, slots=True)
 class _Link:
-    """Two pieces on the two sides of the seam before frame `seam`, with no time for a step between them, and by how
-    much the later one lies off the earlier.
+    """Two pieces on the two sides of a seam that become one.
+
+    yaw, shift : by how much the later one lies off the earlier; rolls : the share of what they differ by besides that
+    the earlier one takes: all where only its heel is up, so that no heel that stands is rolled
     """
 
     left: _Piece
     right: _Piece
-    seam: int
     yaw: float
     shift: Array
+    rolls: float
 
 
-def wanted_path(
-    cut: FootPath, held: Mask, cluster: Cluster, *, bounded: tuple[bool, bool], leg: float, blend: int, shortest: int
-) -> Wanted:
-    """Where a foot stands on the frames of a cluster's window, and in which frames (n,) it does.
+@dataclass(frozen=True, eq=False, slots=True)
+class Stances:
+    """Where a foot stands if nothing speaks against it; made by :func:`settled` only.
 
-    cut : of the placed sources, window's frames only; held : (n,) frames in which it stands in them
-    bounded : whether frames come before the window and after it, which shall stay as they are
-    leg : m; blend : frames in which a foot passes from one place to the other; shortest : frames, of a stance
+    path : the foot, right in the frames in which it stands; pieces, links : of which the stances are made
+    pause : frames that may lie between two stances that became one
     """
-    seams, count = cluster.local_frames, len(held)
-    pieces = _pieces(held, seams, (blend if bounded[0] else 0, blend if bounded[1] else 0))
-    links, tears = _links(cut, pieces, seams, leg, blend)
+
+    path: FootPath
+    pieces: tuple[_Piece, ...]
+    links: tuple[_Link, ...]
+    pause: int
+
+    def evened(self, values: Array) -> Array:
+        """Values (n, C) whose step where two stances became one is shared out to both sides."""
+        out = values.copy()
+        for link in self.links:
+            frames, shares = _shares(link, self.pause)
+            out[frames] += shares * (values[link.right.start] - values[link.left.stop - 1])
+        return out
+
+
+def settled(placed: FootPath, held: Mask, flat: Mask, setting: Setting) -> Stances:
+    """The stances of a window, those made one that can be.
+
+    placed : the foot in the placed sources; held, flat : (n,) frames in which it stands in them, and its heel does
+    """
+    pause = max(2, round(_PAUSE * setting.fps))
+    pieces = _pieces(held, setting, pause)
+    links = _links(placed, pieces, flat, setting, pause)
     _settle(pieces, links)
-    lift = np.zeros(count)
-    for tear in tears:
-        _step(tear, lift, leg, blend)
-    joined = {id(piece) for link in links for piece in (link.left, link.right)}
-    stands = np.zeros(count, dtype=bool)
-    pivot, turn = cut.pivot.copy(), cut.turn.copy()
+    path = FootPath(placed.pivot.copy(), placed.turn.copy())
     for piece in pieces:
-        long = piece.stop - piece.start >= shortest or piece.start == 0 or piece.stop == count
-        if piece.start < piece.stop and (long or id(piece) in joined):
-            here = slice(piece.start, piece.stop)
-            stands[here] = True
-            pivot[here, GROUND] += piece.shift
-            turn[here] = quat_multiply(quat_about_axis(1, piece.yaw), turn[here])
+        here = slice(piece.start, piece.stop)
+        path.pivot[here, GROUND] += piece.shift
+        path.turn[here] = quat_multiply(quat_about_axis(1, piece.yaw), path.turn[here])
     for link in links:
-        _even_out(FootPath(pivot, turn), link, blend)
-    floor = float(np.median(cut.pivot[held, 1]))
-    return Wanted(FootPath(pivot, turn), stands, np.minimum(cut.pivot[:, 1], floor) + lift)
+        a, b = link.left.stop - 1, link.right.start
+        frames, shares = _shares(link, pause)
+        roll = quat_to_rotvec(quat_multiply(path.turn[b], quat_conjugate(path.turn[a])))
+        path.pivot[frames] += shares * (path.pivot[b] - path.pivot[a])
+        path.turn[frames] = quat_multiply(rotvec_to_quat(shares * roll), path.turn[frames])
+    return Stances(path, tuple(pieces), tuple(links), pause)
 
 
-def _pieces(held: Mask, seams: Sequence[int], margins: tuple[int, int]) -> list[_Piece]:
-    """The contacts, cut at seams; those within a margin of the window's start or end are fixed."""
+def _pieces(held: Mask, setting: Setting, pause: int) -> list[_Piece]:
+    """The contacts, cut at seams; those that last beyond the window, or nearly, are fixed."""
+    first, last = (pause if bounded else 0 for bounded in setting.bounded)
     pieces = []
     for start, stop in runs(held):
-        bounds = [start, *(m for m in seams if start < m < stop), stop]
+        bounds = [start, *(m for m in setting.cluster.local_frames if start < m < stop), stop]
         for a, b in pairwise(bounds):
-            pieces.append(_Piece(a, b, a < margins[0] or b > len(held) - margins[1], 0.0, np.zeros(2)))
+            pieces.append(_Piece(a, b, a < first or b > len(held) - last, 0.0, np.zeros(2)))
     return pieces
 
 
-def _links(
-    cut: FootPath, pieces: Sequence[_Piece], seams: Sequence[int], leg: float, blend: int
-) -> tuple[list[_Link], list[_Link]]:
-    """Neighbours over a seam without time for a step between them: those that become one stance, and the others."""
+def _links(placed: FootPath, pieces: Sequence[_Piece], flat: Mask, setting: Setting, pause: int) -> list[_Link]:
+    """The neighbours over a seam that can become one stance."""
     links: list[_Link] = []
-    tears: list[_Link] = []
+    seams = set(setting.cluster.local_frames) - set(setting.hard)
     tied = False  # whether the chain so far holds a piece that cannot be moved
     for left, right in pairwise(pieces):
         a, b = left.stop - 1, right.start
-        between = [m for m in seams if a < m <= b]
         tied = tied or left.fixed
-        if not between or b - a > 2 * blend:
-            tied = False
-            continue
-        gap = cut.pivot[b, GROUND] - cut.pivot[a, GROUND]
-        yaw = _yaw(quat_multiply(cut.turn[b], quat_conjugate(cut.turn[a])))
+        gap = placed.pivot[b] - placed.pivot[a]
+        yaw = _yaw(quat_multiply(placed.turn[b], quat_conjugate(placed.turn[a])))
         near = (
-            b - a <= blend and np.linalg.norm(gap) < _APART * leg and abs(yaw) < _TURNED and not (tied and right.fixed)
+            any(a < m <= b for m in seams)
+            and b - a <= pause
+            and np.hypot(*gap[list(GROUND)]) < _APART * setting.leg
+            and abs(gap[1]) < _UNEVEN * setting.leg
+            and abs(yaw) < _TURNED
+            and not (tied and right.fixed)
         )
-        tied = tied and bool(near)
-        (links if near else tears).append(_Link(left, right, between[0], yaw, gap))
-    return links, tears
+        tied = tied and near
+        if near:
+            links.append(_Link(left, right, yaw, gap[list(GROUND)], (1.0 + flat[b] - flat[a]) / 2))
+    return links
 
 
 def _yaw(turn: Array) -> float:
@@ -173,58 +209,87 @@ def _settle(pieces: Sequence[_Piece], links: Sequence[_Link]) -> None:
                 piece.yaw, piece.shift = float(mean[0] - offset[0]), mean[1:] - offset[1:]
 
 
-def _step(tear: _Link, lift: Array, leg: float, blend: int) -> None:
-    """Shorten both pieces, in place, by the time of a step around their seam, and lift the foot meanwhile."""
-    tear.left.stop = max(min(tear.left.stop, tear.seam - blend), tear.left.start)
-    tear.right.start = min(max(tear.right.start, tear.seam + blend), tear.right.stop)
-    frames = np.arange(max(0, tear.seam - blend), min(len(lift), tear.seam + blend))
-    share = (frames - tear.seam + blend) / (2 * blend)
-    height = min(_LIFT * float(np.linalg.norm(tear.shift)), _HIGHEST * leg)
-    lift[frames] += height * 16 * (share * (1 - share)) ** 2
-
-
-def _even_out(path: FootPath, link: _Link, blend: int) -> None:
-    """Share out what two linked pieces still differ by at their seam (height and roll), in place."""
+def _shares(link: _Link, pause: int) -> tuple[NDArray[np.intp], Array]:
+    """The frames near a link's seam, and how much of what its pieces differ by is added there, (n, 1): before the seam
+    with the sign of the difference, after it with the other.
+    """
     a, b = link.left.stop - 1, link.right.start
-    rise = path.pivot[b] - path.pivot[a]
-    roll = quat_to_rotvec(quat_multiply(path.turn[b], quat_conjugate(path.turn[a])))
-    for frames, sign in (
-        (np.arange(max(link.left.start, a - blend + 1), a + 1), 0.5),
-        (np.arange(b, min(link.right.stop, b + blend)), -0.5),
-    ):
-        away = np.where(frames <= a, a - frames, frames - b) / blend
-        share = sign * ease(1 - away)[:, None]
-        path.pivot[frames] += share * rise
-        path.turn[frames] = quat_multiply(rotvec_to_quat(share * roll), path.turn[frames])
+    spans = [max(1, round(2 * part * pause)) for part in (link.rolls, 1 - link.rolls)]
+    before = np.arange(max(link.left.start, a - spans[0] + 1), a + 1)
+    after = np.arange(b, min(link.right.stop, b + spans[1]))
+    rise, fall = _ease(1 - (a - before) / spans[0]), _ease(1 - (after - b) / spans[1])
+    shares = np.concatenate([link.rolls * rise, (link.rolls - 1) * fall])
+    return np.concatenate([before, after]), shares[:, None]
 
 
-def ease(share: Array) -> Array:
+def _ease(share: Array) -> Array:
     """0 to 1 without a step in value or slope."""
     s = np.clip(share, 0.0, 1.0)
     return s * s * (3 - 2 * s)
 
 
-def raised(heights: Array, low: Array) -> Array:
-    """What has to be added to heights (n,) m so that they do not come below `low` (n,) m by more than 2.5 mm, without a
-    kink.
+def released(stances: Stances, offsets: Array, far: Mask, setting: Setting) -> Mask:
+    """The frames (n,) in which a foot stands, once every stance has given way where it asks too much (Eq. 26).
+
+    offsets : (n, 3) m from the solved way to the stances; far : (n,) frames in which they are out of the leg's reach
+
+    A stance does not begin or end out of reach, and holding it does not throw the foot too hard before or after it.
     """
-    missing = np.maximum(low - heights, 0.0)
-    return np.where(missing < 2 * _SINK, missing**2 / (4 * _SINK), missing - _SINK)
+    pieces = [replace(piece) for piece in stances.pieces]
+    renewed = {id(old): new for old, new in zip(stances.pieces, pieces, strict=True)}
+    joined = {(id(renewed[id(link.left)]), id(renewed[id(link.right)])) for link in stances.links}
+    linked = {piece for pair in joined for piece in pair}
+    least = [_least(piece, id(piece) in linked, len(offsets), setting.fps) for piece in pieces]
+    for piece in pieces:
+        _come_near(piece, far, joined)
+    hardest, frames = _HARDEST * setting.leg / setting.fps**2, max(1, round(setting.fps / 60))
+    while True:
+        alive = [piece for piece, shortest in zip(pieces, least, strict=True) if piece.stop - piece.start >= shortest]
+        stands = np.zeros(len(offsets), dtype=bool)
+        for piece in alive:
+            stands[piece.start : piece.stop] = True
+        known = setting.known(stands)
+        carried = carry_over(np.where(stands[:, None], offsets, 0.0), known, setting.blend, breaks=setting.hard)
+        strength = np.linalg.norm(second_difference(carried), axis=1)
+        moved = False
+        for left, right in pairwise([None, *alive, None]):
+            if (id(left), id(right)) not in joined:
+                moved |= _give_way(left, right, strength, hardest, frames)
+        if not moved:
+            return stands
 
 
-def carry_over(offsets: Array, stands: Mask, blend: int) -> Array:
-    """Offsets (n, C), known where a foot stands, carried over to the frames around: each end goes to 0 within `blend`
-    frames, or as far as the next stance, with the slope it has.
+def _come_near(piece: _Piece, far: Mask, joined: Set[tuple[int, int]]) -> None:
+    """Shorten a stance, in place, as long as it begins or ends out of reach; not where it goes on over a seam."""
+    if not any(id(piece) == left for left, _ in joined):
+        while piece.stop > piece.start and far[piece.stop - 1]:
+            piece.stop -= 1
+    if not any(id(piece) == right for _, right in joined):
+        while piece.start < piece.stop and far[piece.start]:
+            piece.start += 1
+
+
+def _least(piece: _Piece, linked: bool, count: int, fps: float) -> int:
+    """Frames below which what is left of a contact is no stance; one that a clip's end cuts short may be shorter."""
+    shortest = max(1, round(SHORTEST * fps))
+    if linked:
+        return 1
+    return min(shortest, piece.stop - piece.start) if piece.start == 0 or piece.stop == count else shortest
+
+
+def _give_way(left: _Piece | None, right: _Piece | None, strength: Array, hardest: float, frames: int) -> bool:
+    """Shorten, in place, the one of two neighbouring stances that is nearer to where a foot would be thrown too hard
+    between them; whether there was such a place.
     """
-    out = np.where(stands[:, None], offsets, 0.0)
-    for start, stop in runs(~stands):
-        frames = np.arange(start, stop)
-        for edge, inner, step in ((start - 1, start - 2, 1), (stop, stop + 1, -1)):
-            if not 0 <= edge < len(stands):
-                continue
-            span = min(blend, stop - start + 1)
-            known = 0 <= inner < len(stands) and bool(stands[inner])
-            slope = offsets[edge] - offsets[inner] if known else np.zeros(offsets.shape[1])
-            s = np.clip((frames - edge) * step / span, 0.0, 1.0)[:, None]
-            out[frames] += ease(1 - s) * offsets[edge] + span * s * (1 - s) ** 2 * slope
-    return out
+    start = 0 if left is None else left.stop - 1
+    stop = len(strength) if right is None else right.start + 1
+    between = strength[start:stop]
+    if (left is None and right is None) or between.max(initial=0.0) <= hardest:
+        return False
+    peak = start + int(between.argmax())
+    nearer = 0 if left is None else 1 if right is None else (right.start - peak) - (peak - start)
+    if left is not None and (right is None or nearer >= -_TIE):
+        left.stop -= frames
+    if right is not None and (left is None or nearer <= _TIE):
+        right.start += frames
+    return True
