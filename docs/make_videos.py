@@ -1,16 +1,17 @@
 """Make videos of stitched samples, and stills around their seams: ``python docs/make_videos.py [FOLDER]``.
 
 Each shows the hard cut, the solve, and the solve with its feet locked, as bare skeletons on the ground; feet are green
-while they stand in their clip. A walk whose path is bent is shown alone. The stills show the last of the three, every
-second frame.
+while they stand in their clip. A walk whose path is bent is shown alone, a looped one beside its hard cut. The stills
+show the last figure, every second frame.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from make_pictures import pasted_kick, sheet
 from matplotlib.image import imsave
 
@@ -18,14 +19,21 @@ import kinestitch as ks
 from kinestitch.cli.pictures import pasted_stretches
 from kinestitch.edit import Pin, add_pin
 from kinestitch.edit.timeline import Timeline
+from kinestitch.render.paint import Stretch
 from kinestitch.render.video import film, video
 from kinestitch.search.replacement import Limits, best_replacement
 from kinestitch.search.snap import snap
+from kinestitch.solve.contacts import Contacts
 from kinestitch.solve.footlock import placed_contacts
+from kinestitch.solve.loop import repeated, solve_loop
+from kinestitch.solve.loop_feet import lock_loop, loop_contacts
 
 SPEED, STILL, VIEW = 0.5, (384, 480), 60.0
 AROUND, EVERY, COLUMNS = 14, 2, 5
 """Frames on each side of a seam that have stills, how far apart those are, and how many stand in a row."""
+
+SPAN, COPIES = (20, 82), 3
+"""Frames of the walk that are looped, of which 66.7 make a stride, and the times that they are shown on end."""
 
 Edit = tuple[Timeline, Mapping[str, ks.Motion]]
 
@@ -61,12 +69,15 @@ EDITS: Mapping[str, Callable[[], Edit]] = {
 }
 
 
-def show(name: str, line: Timeline, found: Mapping[str, ks.Motion], folder: Path) -> None:
-    """NAME.mp4, and NAME_N.png for the seam before each frame N."""
+Shown = tuple[str, ks.Motion, Contacts]
+"""A figure's label, its motion, and when its feet stand."""
+
+
+def stitched(name: str, edit: Callable[[], Edit], folder: Path) -> None:
+    """An edit: its hard cut, the solve, and the solve with its feet locked."""
+    line, found = edit()
     loose, locked = (ks.solve_timeline(line, found, foot_lock=lock) for lock in (False, True))
-    standing, seams = placed_contacts(loose.placed), [seam.frame for seam in loose.seams]
-    look = {"style": "skeleton", "view": VIEW, "seams": seams}
-    pasted = [pasted_stretches(line)]
+    standing = placed_contacts(loose.placed)
     shown = [
         ("hard cut", loose.cut, standing),
         ("solved", loose.motion, standing),
@@ -74,14 +85,35 @@ def show(name: str, line: Timeline, found: Mapping[str, ks.Motion], folder: Path
     ]
     if line.pins:  # a path of its own wants a camera of its own
         shown = shown[2:]
+    save(folder / name, shown, [seam.frame for seam in loose.seams], pasted_stretches(line))
+
+
+def looped_walk(folder: Path) -> None:
+    """A stride but for its last frames, so that there is something to solve, three times on end: cut, and looped."""
+    walk = ks.sample("walk")
+    cycle = solve_loop(walk, *SPAN)
+    found, length = loop_contacts(walk, cycle), len(cycle.span)
+    standing = Contacts(found.joints, np.concatenate([found.held] * COPIES + [found.held[:1]]))
+    shown = [
+        ("hard cut", repeated(cycle.cut, COPIES), standing),
+        ("looped", repeated(cycle.motion, COPIES), standing),
+        ("looped, feet locked", repeated(lock_loop(walk, cycle).motion, COPIES), standing),
+    ]
+    save(folder / "looped_walk", shown, [length * copy for copy in range(1, COPIES)], ())
+
+
+def save(path: Path, shown: Sequence[Shown], seams: Sequence[int], pasted: Sequence[Stretch]) -> None:
+    """PATH.mp4 of all figures, and PATH_N.png of the last one for the seam before each frame N."""
+    look = {"style": "skeleton", "view": VIEW, "seams": seams}
     labels, motions, contacts = (list(column) for column in zip(*shown, strict=True))
-    segments, size = len(shown) * pasted, (480 * max(len(shown), 2), 540)
-    path = folder / f"{name}.mp4"
-    video(motions, path, labels=labels, segments=segments, contacts=contacts, speed=SPEED, size=size, **look)
-    alone = film(locked.motion, labels=[name], segments=pasted, contacts=[locked.contacts], size=STILL, **look)
+    segments, size = len(shown) * [pasted], (480 * max(len(shown), 2), 540)
+    target = path.with_name(f"{path.name}.mp4")
+    video(motions, target, labels=labels, segments=segments, contacts=contacts, speed=SPEED, size=size, **look)
+    alone = film(motions[-1], labels=[path.name], segments=[pasted], contacts=contacts[-1:], size=STILL, **look)
     for seam in seams:
         frames = range(max(0, seam - AROUND), seam + AROUND + 1, EVERY)
-        imsave(folder / f"{name}_{seam}.png", sheet(alone, frames, COLUMNS))
+        imsave(path.with_name(f"{path.name}_{seam}.png"), sheet(alone, frames, COLUMNS))
+    print(target)
 
 
 def main() -> None:
@@ -89,8 +121,8 @@ def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("videos")
     folder.mkdir(parents=True, exist_ok=True)
     for name, edit in EDITS.items():
-        show(name, *edit(), folder)
-        print(folder / f"{name}.mp4")
+        stitched(name, edit, folder)
+    looped_walk(folder)
 
 
 if __name__ == "__main__":
