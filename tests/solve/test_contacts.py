@@ -8,9 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from kinestitch import files
-from kinestitch.core.kinematics import turn_about_up, world_pose
+from kinestitch.core.kinematics import local_from_world, turn_about_up, world_pose
+from kinestitch.core.motion import Motion
+from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import ParameterError, SkeletonMismatchError
 from kinestitch.rig.hips import hip_height
 from kinestitch.samples import SAMPLE_NAMES, sample, sample_contacts
@@ -112,6 +116,86 @@ def test_contacts_cannot_be_changed():
     found = find_contacts(sample("idle"))
     with pytest.raises(ValueError, match="read-only"):
         found.held[0, 0] = False
+
+
+RIG = Skeleton(
+    ("Hips", *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "ToeBase"))),
+    (-1, 0, 1, 2, 3, 0, 5, 6, 7),
+    [[0, 0.9, 0], *(2 * [[0.1, 0, 0], [0, -0.4, 0], [0, -0.4, 0], [0, -0.07, 0.12]])],
+)
+
+
+def stepping(
+    seed: int, fps: float, noise: float = 0.0, size: float = 1.0, floor: float = 0.0
+) -> tuple[Motion, np.ndarray]:
+    """Feet that stand at known times (F, 2) and in between go their way in arcs, at a pace that begins and ends at
+    once; `noise` m on every joint in every frame. Nothing but the feet is posed.
+    """
+    rng = np.random.default_rng(seed)
+    count = round(8 * fps)
+    times = np.arange(count) / fps
+    places, held = np.zeros((count, 2, 3)), np.zeros((count, 2), dtype=bool)
+    for foot in range(2):
+        t, place = -rng.uniform(0.0, 0.5), np.array([0.2 * foot, 0.0, 0.0])
+        while t < times[-1]:
+            down, swing = rng.uniform(0.25, 0.9), rng.uniform(0.3, 0.5)
+            here = (times >= t) & (times < t + down)
+            places[here, foot], held[here, foot] = place, True
+            step = rng.uniform(0.4, 0.9) * np.array([rng.normal(scale=0.2), 0.0, 1.0])
+            away = (times >= t + down) & (times < t + down + swing)
+            share = (times[away] - t - down) / swing
+            places[away, foot] = place + share[:, None] * step
+            places[away, foot, 1] = 0.12 * np.sin(np.pi * share)
+            t, place = t + down + swing, place + step
+    positions = np.zeros((count, RIG.joint_count, 3))
+    positions[:, 0] = [0.0, 0.9, 0.0]
+    for foot, (ankle, toe) in enumerate(((3, 4), (7, 8))):
+        positions[:, ankle] = places[:, foot] + [0.0, 0.08, 0.0]
+        positions[:, toe] = places[:, foot] + [0.0, 0.01, 0.12]
+    positions = size * positions + rng.normal(scale=max(noise, 1e-12), size=positions.shape) + [0.0, floor, 0.0]
+    skeleton = replace(RIG, offsets=size * RIG.offsets)
+    identity = np.broadcast_to(skeleton.rest, (count, RIG.joint_count, 4))
+    translations, _ = local_from_world(skeleton, positions, identity)
+    return Motion(skeleton, translations, identity, fps), held
+
+
+def both(motion: Motion) -> np.ndarray:
+    found = find_contacts(motion)
+    return np.stack([found.of(leg.foot, leg.toe) for leg in legs_of(motion.skeleton)], axis=1)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([30.0, 60.0, 120.0]), st.sampled_from([0.0, 1e-4, 3e-4]))
+def test_known_stances_are_found_and_nothing_else(seed: int, fps: float, noise: float):
+    motion, truth = stepping(seed, fps, noise)
+    found = both(motion)
+    assert (found & truth).sum() >= 0.95 * truth.sum()
+    assert (found & truth).sum() >= 0.95 * found.sum()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.01, 100.0), st.floats(-50.0, 50.0))
+def test_size_and_height_of_the_floor_do_not_matter(seed: int, size: float, floor: float):
+    plain, other = stepping(seed, 60.0)[0], stepping(seed, 60.0, size=size, floor=floor)[0]
+    assert (both(plain) == both(other)).mean() > 0.999
+
+
+def test_speed_between_both_bounds_neither_begins_a_contact_nor_ends_one():
+    """Hysteresis: a foot that drifts at a speed between the bounds stands if it stood before, and not otherwise."""
+    motion, _ = stepping(0, 60.0)
+    middle = (SLOW[0] + SLOW[1]) / 2 * hip_height(motion.skeleton) / 60
+    translations = np.repeat(motion.translations[:1], 240, axis=0)
+    way = np.cumsum(np.where(np.arange(240) < 120, 0.0, middle))
+    stood = replace(motion, rotations=motion.rotations[:240], translations=translations.copy())
+    moved = translations.copy()
+    moved[:, 0, 2] += way
+    drifts = replace(stood, translations=moved)
+    assert both(drifts).all()
+    never = replace(
+        stood,
+        translations=translations + middle * np.arange(240)[:, None, None] * (np.arange(9) == 0)[:, None] * [0, 0, 1],
+    )
+    assert not both(never).any()
 
 
 CLIPS = {

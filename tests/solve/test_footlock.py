@@ -13,21 +13,25 @@ from hypothesis import strategies as st
 
 from kinestitch import files
 from kinestitch.analysis.skating import skating_report, slide_in_contact
+from kinestitch.analysis.smoothness import acceleration_near, own_acceleration
 from kinestitch.core.kinematics import turn_about_up, world_pose
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import quat_conjugate, quat_distance, quat_rotate
+from kinestitch.core.rotation import quat_conjugate, quat_distance, quat_multiply, quat_rotate
 from kinestitch.edit.operations import append
 from kinestitch.edit.operations import replace as paste
 from kinestitch.edit.timeline import Seam, timeline
 from kinestitch.errors import ParameterError, SkeletonMismatchError
+from kinestitch.rig.hips import hip_height, hips_joint
 from kinestitch.samples import SAMPLE_NAMES, sample
 from kinestitch.solve.contacts import Contacts, find_contacts, legs_of, runs
-from kinestitch.solve.footlock import lock_feet, locked, placed_contacts, within_reach
+from kinestitch.solve.footlock import lock_feet, locked, placed_contacts
+from kinestitch.solve.legs import stretched
 from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
-from kinestitch.solve.stances import carry_over
 from kinestitch.solve.stitch import solve_timeline
 from kinestitch.testing import assert_motion_close, check_motion, random_motion
+
+SEAM = Seam(smoothing=0.1)
 
 
 def joined(left: str, right: str, stop: int, start: int, *, fps: float = 60.0, turn: float = 0.0) -> Solved:
@@ -79,21 +83,49 @@ def test_the_hard_cut_and_a_clip_without_seams_are_left_alone():
 def test_whatever_is_cut(solved: Solved):
     after = locked(solved)
     check_motion(after.motion)
-    assert np.array_equal(after.motion.translations, solved.motion.translations)
-    legs = legs_of(solved.motion.skeleton)
+    skeleton = solved.motion.skeleton
+    hips, legs = hips_joint(skeleton), legs_of(skeleton)
     lower = {joint for leg in legs for joint in (leg.thigh, leg.shin, leg.foot, leg.toe)}
-    others = [j for j in range(solved.motion.skeleton.joint_count) if j not in lower]
+    others = [j for j in range(skeleton.joint_count) if j not in lower]
     assert np.array_equal(after.motion.rotations[:, others], solved.motion.rotations[:, others])
+    still = [j for j in range(skeleton.joint_count) if j != hips]
+    assert np.array_equal(after.motion.translations[:, still], solved.motion.translations[:, still])
+    pose, before = world_pose(after.motion).positions, world_pose(solved.motion).positions
+    sunk = before[:, hips] - pose[:, hips]
+    assert np.abs(sunk[:, [0, 2]]).max() < 1e-12
+    assert sunk[:, 1].min() > -1e-12
+    assert sunk[:, 1].max() < 0.06 * hip_height(skeleton) + 1e-9
     assert not (after.contacts.held & ~placed_contacts(solved.placed).held).any()
     for leg in legs:
         front = hinges(sample("walk"), leg).sum(axis=0)
         assert (hinges(after.motion, leg) @ front).min() > 0
-        pose, before = world_pose(after.motion).positions, world_pose(solved.motion).positions
         reach = np.linalg.norm(pose[:, leg.foot] - pose[:, leg.thigh], axis=-1)
         source = world_pose(solved.cut).positions
         was = [np.linalg.norm(p[:, leg.foot] - p[:, leg.thigh], axis=-1) for p in (before, source)]
-        length = np.linalg.norm(solved.motion.skeleton.offsets[[leg.shin, leg.foot]], axis=-1).sum()
+        length = np.linalg.norm(skeleton.offsets[[leg.shin, leg.foot]], axis=-1).sum()
         assert (reach <= np.maximum(np.max(was, axis=0), 0.998 * length) + 1e-6).all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(cuts())
+def test_feet_that_stand_are_where_their_source_has_them(solved: Solved):
+    """As a whole stance, moved and turned on the ground: the ankle keeps its height, and its way within the stance."""
+    after = locked(solved)
+    ours, theirs = world_pose(after.motion), world_pose(solved.cut)
+    seams = [seam.frame for seam in solved.seams]
+    for leg in legs_of(solved.motion.skeleton):
+        length = np.linalg.norm(solved.motion.skeleton.offsets[[leg.shin, leg.foot]], axis=-1).sum()
+        loose = stretched(ours, leg) < 0.969 * length
+        for start, stop in runs(after.contacts.of(leg.foot, leg.toe) & loose):
+            inside = [frame for frame in seams if start < frame < stop]
+            if inside or stop - start < 3:
+                continue  # two stances that became one are tested in test_stances
+            for joint in (leg.foot, leg.toe):
+                ours_there, theirs_there = (pose.positions[start:stop, joint] for pose in (ours, theirs))
+                apart = [
+                    np.linalg.norm(np.diff(side[:, [0, 2]], axis=0), axis=1) for side in (ours_there, theirs_there)
+                ]
+                assert np.abs(apart[0] - apart[1]).max() < 5e-3
 
 
 @pytest.mark.parametrize(("left", "right", "stop", "start"), [("walk", "kick", 84, 30), ("run", "jump", 60, 10)])
@@ -147,25 +179,51 @@ def test_no_joint_pops_where_a_lock_begins_or_ends():
     assert steps.max() < 1.5 * own
 
 
-def test_offsets_are_carried_over_without_a_step():
-    stands = np.zeros(40, dtype=bool)
-    stands[10:20] = True
-    offsets = np.linspace(1.0, 2.0, 40)[:, None]
-    out = carry_over(offsets, stands, 8)
-    assert np.array_equal(out[stands], offsets[stands])
-    assert not out[:2].any()
-    assert not out[28:].any()
-    assert np.abs(np.diff(out[:, 0])).max() < 0.35
+@pytest.mark.parametrize(("left", "right", "stop", "start"), [("walk", "kick", 84, 30), ("run", "jump", 60, 10)])
+def test_time_may_run_backwards(left: str, right: str, stop: int, start: int):
+    clips = {name: sample(name) for name in (left, right)}
+    back = {name: backwards(motion) for name, motion in clips.items()}
+    counts = {name: motion.frames for name, motion in clips.items()}
+    line = paste(timeline(clips, left), stop, counts[left], right, start, counts[right], seam=SEAM)
+    turned = paste(
+        timeline(back, right), counts[right] - start, counts[right], left, counts[left] - stop, counts[left], seam=SEAM
+    )
+    forth, there = (lock_feet(solve_timeline(*edit)) for edit in ((line, clips), (turned, back)))
+    aligned = onto(backwards(there), forth)
+    assert_motion_close(aligned, forth, degrees=0.02, metres=2e-4, world=True)
 
 
-def test_what_is_in_reach_stays_and_what_is_not_is_approached():
-    hip, knee, ankle = np.array([[0, 1.0, 0]]), np.array([[0, 0.55, 0.1]]), np.array([[0, 0.15, 0.0]])
-    length = np.linalg.norm(knee - hip) + np.linalg.norm(ankle - knee)
-    near = np.array([[0.1, 0.3, 0.1]])
-    assert np.allclose(within_reach(hip, knee, ankle, near, np.zeros(1)), near)
-    for far in (0.9, 1.0, 2.0):
-        reached = within_reach(hip, knee, ankle, np.array([[0.0, 1.0 - far, 0.0]]), np.zeros(1))
-        assert np.linalg.norm(reached - hip) <= 0.998 * length
+def backwards(motion: Motion) -> Motion:
+    return replace(motion, rotations=motion.rotations[::-1], translations=motion.translations[::-1])
+
+
+def onto(motion: Motion, like: Motion) -> Motion:
+    """The motion turned and moved on the ground so that its hips begin as `like`'s do: placement starts elsewhere."""
+    ours, theirs = world_pose(motion), world_pose(like)
+    turn = quat_multiply(theirs.rotations[0, 0], quat_conjugate(ours.rotations[0, 0]))
+    yaw = 2 * np.arctan2(turn[1], turn[3])
+    moved = turn_about_up(motion, yaw)
+    shift = theirs.positions[0, 0] - world_pose(moved).positions[0, 0]
+    return turn_about_up(moved, 0.0, shift)
+
+
+def test_feet_without_a_stance_near_a_seam_are_kept_off_the_ground():
+    """A stance released everywhere still does not let its foot fall through the ground."""
+    solved = joined("run", "idle", 60, 1)
+    after = locked(solved)
+    pose, before = world_pose(after.motion).positions, world_pose(solved.motion).positions
+    toes = [leg.toe for leg in legs_of(solved.motion.skeleton)]
+    floor = min(world_pose(motion).positions[:, toes, 1].min() for motion in solved.placed.sources.values())
+    assert before[:, toes, 1].min() < floor - 0.01
+    assert pose[:, toes, 1].min() > floor - 0.005
+
+
+@pytest.mark.parametrize("name", ["walk", "run"])
+def test_a_clip_put_back_where_it_was_is_left_alone(name: str):
+    clips = {name: sample(name)}
+    line = paste(timeline(clips, name), 50, 100, name, 50, 100, seam=SEAM)
+    solved = solve_timeline(line, clips)
+    assert np.abs(lock_feet(solved).rotations - solved.motion.rotations).max() < 1e-9
 
 
 def test_refusals():
@@ -213,6 +271,15 @@ def test_real_feet_slide_about_as_little_as_in_their_sources(name: str):
     solved = solve_timeline(paste(timeline(clips, "a"), *over, "b", *of), clips)
     after = locked(solved)
     told = skating_report(solved, after.motion, after.contacts)
-    assert told["slide_in_contact_m_s_after"] < told["slide_in_contact_m_s_sources"] + 0.01
-    assert told["slide_in_contact_m_s_after"] < 0.5 * told["slide_in_contact_m_s_before"]
-    assert told["skate_near_seams_m_s_after"] < told["skate_near_seams_m_s_before"]
+    assert told["slide_in_contact_m_s_after"] < 1.01 * told["slide_in_contact_m_s_sources"]
+    assert told["slide_in_contact_m_s_after"] < 0.7 * told["slide_in_contact_m_s_before"]
+    assert told["skate_near_seams_m_s_after"] < 1.1 * told["skate_near_seams_m_s_sources"]
+    for seam in solved.seams:
+        own, now = (
+            sizes[:, [leg.shin for leg in legs_of(after.motion.skeleton)]].max()
+            for sizes in (
+                own_acceleration(solved.placed, seam, 25),
+                acceleration_near(after.motion, solved.placed, seam, 25),
+            )
+        )
+        assert now < 2 * own

@@ -1,0 +1,153 @@
+"""Stances of both sides of a seam: which become one, and which give way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinestitch.core.rotation import quat_about_axis, quat_conjugate, quat_multiply, quat_to_rotvec
+from kinestitch.solve.contacts import runs
+from kinestitch.solve.laplacian import second_difference
+from kinestitch.solve.seam import Cluster, SeamPlace
+from kinestitch.solve.stances import FootPath, Setting, released, settled
+from kinestitch.solve.swings import carry_over
+
+FPS, LEG, BLEND = 60.0, 0.9, 25.0
+HARDEST = 18.0 * LEG / FPS**2
+
+
+def setting(
+    count: int, *seams: int, bounded: tuple[bool, bool] = (False, False), held: tuple[int, int] = (0, 0), stiff=1296.0
+) -> Setting:
+    places = tuple(SeamPlace(k, frame, stiff) for k, frame in enumerate(seams))
+    return Setting(Cluster(0, count, places, held), bounded, FPS, LEG, BLEND)
+
+
+def standing(count: int, seam: int, gap: tuple[float, float, float], yaw: float = 0.0, roll: float = 0.0) -> FootPath:
+    """A foot that stands at the origin until a seam and at `gap` m from it on, turned by `yaw` and rolled rad."""
+    later = (np.arange(count) >= seam)[:, None]
+    turn = quat_multiply(quat_about_axis(1, yaw), quat_about_axis(0, roll))
+    return FootPath(np.where(later, gap, (0.0, 0.0, 0.0)), np.where(later, turn, [0.0, 0.0, 0.0, 1.0]))
+
+
+def all_frames(count: int) -> np.ndarray:
+    return np.ones(count, dtype=bool)
+
+
+def test_near_stances_become_one_nearer_to_the_longer():
+    path = standing(90, 30, (0.2, 0.0, 0.1), yaw=0.3)
+    found = settled(path, all_frames(90), all_frames(90), setting(90, 30))
+    expected = np.array([0.2, 0.0, 0.1]) * 60 / 90
+    assert np.allclose(found.path.pivot, expected, atol=1e-12)
+    assert np.allclose(found.path.turn @ quat_about_axis(1, 0.3 * 60 / 90), 1.0)
+
+
+@pytest.mark.parametrize("bounded", [(True, False), (False, True)])
+def test_a_stance_that_lasts_beyond_the_window_stays(bounded: tuple[bool, bool]):
+    found = settled(standing(80, 40, (0.2, 0.0, 0.0)), all_frames(80), all_frames(80), setting(80, 40, bounded=bounded))
+    assert np.allclose(found.path.pivot[:, 0], 0.0 if bounded[0] else 0.2)
+
+
+@pytest.mark.parametrize(
+    ("gap", "yaw"),
+    [((0.4, 0.0, 0.0), 0.0), ((0.0, 0.2, 0.0), 0.0), ((0.1, 0.0, 0.0), 1.0)],
+    ids=["far", "on a step", "turned"],
+)
+def test_stances_too_far_apart_stay_two(gap: tuple[float, float, float], yaw: float):
+    path = standing(80, 40, gap, yaw)
+    found = settled(path, all_frames(80), all_frames(80), setting(80, 40))
+    assert np.array_equal(found.path.pivot, path.pivot)
+    assert not found.links
+
+
+def test_neither_becomes_one_with_what_is_cut_hard():
+    found = settled(standing(80, 40, (0.1, 0.0, 0.0)), all_frames(80), all_frames(80), setting(80, 40, stiff=0.0))
+    assert not found.links
+
+
+@pytest.mark.parametrize(("before", "after"), [(True, True), (True, False), (False, True), (False, False)])
+def test_what_stances_differ_by_besides_is_evened_out_where_the_heel_is_up(before: bool, after: bool):
+    path = standing(80, 40, (0.0, 0.02, 0.0), roll=0.2)
+    flat = np.where(np.arange(80) < 40, before, after)
+    found = settled(path, all_frames(80), flat, setting(80, 40))
+    steps = np.abs(np.diff(found.path.pivot[:, 1]))
+    rolls = np.linalg.norm(
+        quat_to_rotvec(quat_multiply(found.path.turn[1:], quat_conjugate(found.path.turn[:-1]))), axis=1
+    )
+    for change in (steps / 0.02, rolls / 0.2):
+        assert change.sum() == pytest.approx(1.0)
+        assert change[39] < 1e-9
+        assert change.max() < 0.2
+        share = 0.5 if before == after else float(after)
+        assert change[:39].sum() == pytest.approx(share, abs=1e-9)
+    values = np.where(np.arange(80) < 40, 0.0, 1.0)[:, None]
+    assert np.abs(np.diff(found.evened(values)[:, 0])).max() < 0.2
+
+
+@st.composite
+def torn(draw: st.DrawFn) -> tuple[FootPath, np.ndarray, np.ndarray, Setting]:
+    """A foot that stands apart on both sides of a seam, now and then, and whose solved way goes from side to side."""
+    count, seam = draw(st.integers(60, 160)), draw(st.integers(25, 40))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    held = np.repeat(rng.random(count // 8 + 1) < 0.7, 8)[:count]
+    gap = np.array([draw(st.floats(0.36, 1.0)), 0.0, draw(st.floats(-0.5, 0.5))])
+    share = 1 / (1 + np.exp(-(np.arange(count) - seam + 0.5) / draw(st.floats(2.0, 6.0))))
+    return standing(count, seam, tuple(gap)), held, share[:, None] * gap, setting(count, seam)
+
+
+def strength(offsets: np.ndarray, stands: np.ndarray) -> np.ndarray:
+    carried = carry_over(np.where(stands[:, None], offsets, 0.0), stands, BLEND)
+    return np.linalg.norm(second_difference(carried), axis=1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(torn())
+def test_no_foot_is_thrown_harder_than_the_bound(case):
+    path, held, solved, how = case
+    stances = settled(path, held, held, how)
+    offsets = stances.path.pivot - solved
+    stands = released(stances, offsets, np.zeros(len(held), dtype=bool), how)
+    assert not (stands & ~held).any()
+    hard = strength(offsets, stands)
+    for start, stop in runs(~stands):
+        assert hard[max(0, start - 1) : stop + 1].max() <= HARDEST + 1e-12
+    assert all(stop - start >= 4 or start == 0 or stop == len(held) for start, stop in runs(stands))
+
+
+@settings(max_examples=20, deadline=None)
+@given(torn())
+def test_time_may_run_backwards(case):
+    path, held, solved, how = case
+    count = len(held)
+    back = FootPath(path.pivot[::-1], path.turn[::-1])
+    mirrored = setting(count, count - how.cluster.local_frames[0])
+    none = np.zeros(count, dtype=bool)
+    forth = settled(path, held, held, how)
+    there = settled(back, held[::-1], held[::-1], mirrored)
+    ours = released(forth, forth.path.pivot - solved, none, how)
+    theirs = released(there, there.path.pivot - solved[::-1], none, mirrored)
+    assert np.array_equal(ours, theirs[::-1])
+
+
+def test_a_stance_that_asks_little_is_kept_whole():
+    path = standing(80, 40, (0.02, 0.0, 0.0))
+    stances = settled(path, all_frames(80), all_frames(80), setting(80, 40))
+    stands = released(stances, stances.path.pivot, np.zeros(80, dtype=bool), setting(80, 40))
+    assert stands.all()
+
+
+def test_a_stance_does_not_begin_or_end_out_of_reach():
+    held = np.arange(100) >= 40
+    path = FootPath(np.zeros((100, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (100, 1)))
+    stances = settled(path, held, held, setting(100, 20))
+    far = (np.arange(100) < 50) | (np.arange(100) == 70) | (np.arange(100) > 95)
+    stands = released(stances, np.zeros((100, 3)), far, setting(100, 20))
+    assert runs(stands) == [(50, 96)]
+
+
+def test_frames_beside_a_window_that_ends_have_no_offset():
+    stands = np.zeros(20, dtype=bool)
+    assert runs(setting(20, 10, bounded=(True, True), held=(0, 5)).known(stands)) == [(0, 2), (15, 20)]
+    assert not setting(20, 10, held=(3, 3)).known(stands).any()

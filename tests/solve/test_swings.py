@@ -1,0 +1,137 @@
+"""Offsets carried over from stance to stance: against a dense solve, and for what they must not do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from solve_oracles import laplacian
+
+from kinestitch.solve.seam import VISIBLE
+from kinestitch.solve.swings import carry_heights, carry_over, clearance, floor_under, smoothed, step_arcs
+
+
+def brute(offsets: np.ndarray, known: np.ndarray, reach: float, breaks: tuple[int, ...] = ()) -> np.ndarray:
+    """argmin Σ |o|² + λ |L o|² over the unknown frames, by least squares."""
+    count = len(known)
+    L = (reach / VISIBLE) ** 2 * laplacian(count)
+    for m in breaks:
+        L[m - 1 : m + 1] = 0.0
+    system = np.vstack([np.eye(count), L])
+    out = np.where(known[:, None], offsets, 0.0)
+    right = -system[:, known] @ out[known]
+    out[~known] = np.linalg.lstsq(system[:, ~known], right, rcond=None)[0]
+    return out
+
+
+@st.composite
+def cases(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, float]:
+    count = draw(st.integers(4, 60))
+    seed = draw(st.integers(0, 2**32 - 1))
+    rng = np.random.default_rng(seed)
+    known = np.zeros(count, dtype=bool)
+    for _ in range(draw(st.integers(1, 3))):
+        start = draw(st.integers(0, count - 1))
+        known[start : start + draw(st.integers(1, 20))] = True
+    return rng.normal(size=(count, 2)), known, draw(st.floats(2.0, 40.0))
+
+
+@settings(max_examples=60, deadline=None)
+@given(cases(), st.lists(st.integers(1, 3), max_size=1))
+def test_carried_offsets_are_the_least_ones(case, breaks):
+    offsets, known, reach = case
+    found = carry_over(offsets, known, reach, breaks=breaks)
+    assert np.allclose(found, brute(offsets, known, reach, tuple(breaks)), atol=1e-8)
+    assert np.array_equal(found[known], offsets[known])
+
+
+@settings(max_examples=30, deadline=None)
+@given(cases())
+def test_time_may_run_backwards(case):
+    offsets, known, reach = case
+    assert np.allclose(
+        carry_over(offsets[::-1], known[::-1], reach)[::-1], carry_over(offsets, known, reach), atol=1e-9
+    )
+
+
+def test_a_gap_is_gone_within_the_reach():
+    known = np.zeros(200, dtype=bool)
+    known[:50] = True
+    found = carry_over(np.ones((200, 1)), known, 25.0)[:, 0]
+    assert np.abs(found[50 + 25 :]).max() < 0.06
+    assert np.abs(found[100:]).max() < 3e-3
+
+
+def test_nothing_is_carried_over_a_hard_cut():
+    known = np.arange(40) < 10
+    found = carry_over(np.ones((40, 1)), known, 20.0, breaks=(12,))[:, 0]
+    assert found[11] > 0.5
+    assert not found[12:].any()
+
+
+def test_without_a_stance_there_is_nothing_to_carry():
+    assert not carry_over(np.ones((9, 2)), np.zeros(9, dtype=bool), 5.0).any()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(20, 80), st.floats(0.0, 0.2), st.integers(0, 2**32 - 1))
+def test_heights_come_near_what_is_asked_for_and_stances_stay(count: int, height: float, seed: int):
+    """Where heights are asked for over many frames they are reached to a twentieth of what was missing."""
+    rng = np.random.default_rng(seed)
+    known = np.zeros(count, dtype=bool)
+    known[:5] = known[-5:] = True
+    offsets = np.where(known, rng.normal(scale=1e-3, size=count), 0.0)
+    least = np.where(known, -1.0, height)
+    found = carry_heights(offsets, known, least, 8.0)
+    assert np.array_equal(found[known], offsets[known])
+    inner = slice(5 + 6, count - 5 - 6)
+    assert (found[inner] > 0.9 * height - 1e-3).all()
+
+
+def test_high_enough_heights_are_left_alone():
+    known = np.arange(50) < 10
+    offsets = np.where(known, 0.1, 0.0)
+    least = np.full(50, -1.0)
+    assert np.array_equal(carry_heights(offsets, known, least, 9.0), carry_over(offsets[:, None], known, 9.0)[:, 0])
+
+
+def test_a_foot_that_keeps_its_sources_pace_needs_no_clearance():
+    path = np.cumsum(np.full((40, 2), 0.02), axis=0)
+    assert np.abs(clearance(path, path + 3.0, seams=(), fps=60.0, leg=0.9)).max() < 1e-12
+    faster = clearance(3 * path, path, seams=(), fps=60.0, leg=0.9)
+    assert (faster > 0.03).all()
+    assert (faster < 0.06).all()
+
+
+def test_the_jump_over_a_seam_is_no_pace():
+    path = np.cumsum(np.full((40, 2), 0.02), axis=0)
+    cut = np.where(np.arange(40)[:, None] < 20, path, path + 5.0)
+    told = clearance(path, cut, seams=(20,), fps=60.0, leg=0.9)
+    assert told[20] > 0.01
+    assert np.abs(told[:8]).max() < 1e-12
+    assert clearance(path[:1], path[:1], seams=(), fps=60.0, leg=0.9) == pytest.approx(0.0)
+
+
+def test_steps_are_arcs_between_stances():
+    stands = np.array([True] * 5 + [False] * 20 + [True] * 5)
+    places = np.where(np.arange(30)[:, None] < 10, [0.0, 0.0], [0.5, 0.0])
+    arcs = step_arcs(stands, ~stands, places, 0.9)
+    assert not arcs[stands].any()
+    assert arcs.max() == pytest.approx(0.04 * 0.9, rel=0.02)
+    assert np.allclose(arcs, arcs[::-1])
+    short = step_arcs(stands, ~stands, places * 0.1, 0.9)
+    assert short.max() == pytest.approx(0.2 * 0.05, rel=0.02)
+    assert not step_arcs(stands, np.zeros(30, dtype=bool), places, 0.9).any()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 12), st.integers(0, 2**32 - 1))
+def test_smoothing_keeps_a_constant_and_the_floor_is_the_lowest_near_by(half: int, seed: int):
+    values = np.random.default_rng(seed).normal(size=50)
+    assert np.allclose(smoothed(np.full(50, 0.3), half), 0.3)
+    told = smoothed(values, half)
+    assert told.max() <= values.max()
+    assert told.min() >= values.min()
+    expected = [values[max(0, k - half) : k + half + 1].min() for k in range(50)]
+    assert np.array_equal(floor_under(values, half), expected)
