@@ -24,7 +24,7 @@ def joint_groups(skeleton: Skeleton) -> Mapping[str, tuple[int, ...]]:
 
     >>> from kinestitch.samples import sample
     >>> [len(joints) for joints in joint_groups(sample("walk").skeleton).values()]
-    [7, 9, 4, 9, 4]
+    [7, 8, 5, 8, 5]
     """
     roles = roles_of(skeleton).joints
     tops: dict[int, str] = {}
