@@ -122,7 +122,6 @@ def test_a_clip_cut_and_put_back_has_no_seam():
     line, clips = joined(walk, replace(walk, name="again"), 30, 30)
     rows, (given_up, contacts) = f.measure(line, clips)
     own = values(rows, f.SOURCES)
-    assert values(rows, "solved, feet locked")["acceleration"] < 0.05
     for row in ("hard cut", "crossfade", "solved"):
         found = values(rows, row)
         assert max(found[name] for name in ("price", "acceleration", "velocity", "deviation_max")) < 1e-6
