@@ -78,13 +78,13 @@ def test_between_two_still_poses_it_adds_its_share_exactly(angle: float, share: 
 @given(SEEDS, st.floats(0.05, 1.0))
 @settings(max_examples=25)
 def test_what_the_result_shows_stays_under_the_share(seed: int, share: float):
-    clips = {key: random_motion(seed + k, joints=5, frames=120, bend=0.3) for k, key in enumerate("ab")}
+    clips = {key: random_motion(seed + k, joints=5, frames=120, bend=0.1) for k, key in enumerate("ab")}
     placed = chosen([("a", 0, 70), ("b", 30, 120)], clips, share=Share(share, **ALONE))
     (seam,) = placed.seams
     found = added_acceleration(solve_placed(placed), placed, seam, round(placed.timeline.fps))
     assert found.own_body == pytest.approx(own_strength(placed, seam).acceleration, rel=1e-9)
     if times(placed).max() < 0.8 * MOST:  # else it may be out of reach
-        assert found.peak <= share * 1.1  # bent charts add some percent on the group
+        assert found.peak <= share * 1.02  # bent charts add something on the group
 
 
 def test_every_bound_counts():
