@@ -26,7 +26,7 @@ def gap_of(offsets: np.ndarray, before: int, after: int) -> Gap:
     """A seam whose rows d_{m−1}, d_m are (2, J, 3) rad, and whose path needs nothing."""
     first, second = offsets
     products = np.stack([(a * b).sum(axis=-1) for a, b in ((first, first), (first, second), (second, second))])
-    return Gap(products, np.zeros(2), np.zeros((3, 2)), before, after, FPS)
+    return Gap(products, np.zeros(9), before, after, FPS)
 
 
 def solved(offsets: np.ndarray, before: int, after: int, stiffness: float) -> tuple[np.ndarray, np.ndarray]:

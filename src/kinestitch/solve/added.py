@@ -25,21 +25,21 @@ from kinestitch.solve.root import displacement_residuals
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, row_curves, seam_curves
 from kinestitch.solve.window import hips_to_world, way_to_hips
 
-_NEAR = 12.0  # λ^¼ on each side that are looked at; what lies beyond is less than 3e-4 of the peaks
+_NEAR = 12.0  # λ^¼ on each side that are solved; what lies beyond is less than 3e-4 of the peaks
+_PEAKS = 5.0  # λ^¼ on each side in which the peaks lie
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Gap:
     """What a seam has to close, and where in a result.
 
-    products : (3, J) rad², of each joint d_{m−1}·d_{m−1}, d_{m−1}·d_m, d_m·d_m
-    height : (2,) m, the rows d_{m−1}, d_m of the joint that carries the travel
-    path : (3, 2) m, its displacements' residuals in the intervals m−2, m−1, m (Eq. 15)
+    turning : (3, J) rad², of each joint d_{m−1}·d_{m−1}, d_{m−1}·d_m, d_m·d_m
+    path : (9,) m², products of the displacements' residuals in the intervals m−2, m−1, m (Eq. 15) on the ground, six in
+    the order 00, 01, 02, 11, 12, 22, and those of d_{m−1}, d_m in height, three; of the joint that carries the travel
     before, after : frames of the result on either side; fps : its rate
     """
 
-    products: Array
-    height: Array
+    turning: Array
     path: Array
     before: int
     after: int
@@ -48,17 +48,16 @@ class Gap:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Response:
-    """What a seam adds for unit gaps, per frame: bend (n, 2) for rows d_{m−1}, d_m; path (n, 3) for residual rows.
+    """Squares of what a seam adds, per frame, as forms in the products of a :class:`Gap`.
 
-    bends, steps : (n, 3) and (n − 1, 3), products of columns 00, 01, 11; at_seam : (2, 3) of the seam's own interval,
-    against the left source and against the right one
+    bends : (n, 3) acceleration; steps : (n, 3) velocity; at_seam : (2, 3) that of the seam's own interval, against the
+    left source and against the right one; path : (n, 9)
     """
 
-    bend: Array
-    path: Array
     bends: Array
     steps: Array
     at_seam: Array
+    path: Array
 
 
 def seam_gap(placed: Placed, seam: SeamPlace) -> Gap:
@@ -67,10 +66,11 @@ def seam_gap(placed: Placed, seam: SeamPlace) -> Gap:
     poses = around.rotations
     hips_to_world(way_to_hips(placed), poses)
     first, second = np.moveaxis(centred_chart(poses[[0, 3]], poses[None], [1]).offsets, 1, 0)
-    products = np.stack([(a * b).sum(axis=0) for a, b in ((first, first), (first, second), (second, second))])
+    turning = np.stack([(a * b).sum(axis=0) for a, b in ((first, first), (first, second), (second, second))])
+    ground = displacement_residuals(around.left_path, around.right_path)
     height = around.translations[2:, placed.carrier, 1] - around.translations[:2, placed.carrier, 1]
-    residuals = displacement_residuals(around.left_path, around.right_path)
-    return Gap(products, height, residuals, seam.frame, placed.frames - seam.frame, placed.timeline.fps)
+    path = np.concatenate([(ground @ ground.T)[np.triu_indices(3)], np.outer(height, height)[np.triu_indices(2)]])
+    return Gap(turning, path, seam.frame, placed.frames - seam.frame, placed.timeline.fps)
 
 
 def added_turning(gap: Gap, stiffness: float, joints: Sequence[int] | slice = slice(None)) -> tuple[Array, Array]:
@@ -78,7 +78,7 @@ def added_turning(gap: Gap, stiffness: float, joints: Sequence[int] | slice = sl
     velocity, (J,) rad/s, known without solving for it (Eq. 27).
     """
     response = _response_to(gap, stiffness)
-    products = gap.products[:, joints]
+    products = gap.turning[:, joints]
     bend = (response.bends @ products).max(axis=0)
     step = np.maximum((response.steps @ products).max(axis=0), (response.at_seam @ products).min(axis=0))
     return np.sqrt(np.maximum(bend, 0.0)) * gap.fps**2, np.sqrt(np.maximum(step, 0.0)) * gap.fps
@@ -88,9 +88,7 @@ def added_to_path(gap: Gap, stiffness: float) -> float:
     """Peak over time of what a seam of this λ adds to the acceleration of the joint that carries the travel: m/s²
     (Eq. 28).
     """
-    response = _response_to(gap, stiffness)
-    ground, height = response.path @ gap.path, response.bend @ gap.height
-    return float(np.sqrt(((ground**2).sum(axis=1) + height**2).max())) * gap.fps**2
+    return math.sqrt(max(0.0, (_response_to(gap, stiffness).path @ gap.path).max())) * gap.fps**2
 
 
 def _response_to(gap: Gap, stiffness: float) -> _Response:
@@ -110,14 +108,19 @@ def _response(stiffness: float, before: int, after: int) -> _Response:
     steps = np.diff(curves, axis=0)
     at_seam = steps[before - 1] + np.eye(2)
     steps[before - 1] = 0.0
-    path = np.zeros((cluster.frames, 3))
+    ground = np.zeros((cluster.frames, 3))
     moved = row_curves(cluster_rows(cluster, intervals=True), [before - 2, before - 1, before])
-    path[1:-1] = np.diff(moved, axis=0)
+    ground[1:-1] = np.diff(moved, axis=0)
     for frame in (before - 1, before):
         if 0 < frame < last:
-            path[frame, 0] -= 1.0
-    return _Response(bend, path, *(_products(rows) for rows in (bend, steps, at_seam)))
+            ground[frame, 0] -= 1.0
+    reach = math.ceil(_PEAKS * stiffness**0.25) + 4
+    near = slice(max(0, before - reach), before + reach)
+    bends, steps, at_seam, ground = (_squares(rows) for rows in (bend[near], steps[near], at_seam, ground[near]))
+    return _Response(bends, steps, at_seam, np.hstack([ground, bends]))
 
 
-def _products(rows: Array) -> Array:
-    return np.column_stack([rows[:, 0] ** 2, 2 * rows[:, 0] * rows[:, 1], rows[:, 1] ** 2])
+def _squares(rows: Array) -> Array:
+    """Products of the columns of (n, K), all pairs once, so that ``_squares(u) @ products of d`` is ``(u @ d)²``."""
+    first, second = np.triu_indices(rows.shape[1])
+    return rows[:, first] * rows[:, second] * np.where(first == second, 1.0, 2.0)

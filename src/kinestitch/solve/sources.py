@@ -85,5 +85,5 @@ def own_strength(placed: Placed, seam: SeamPlace) -> Strength:
 
 def _sizes(vectors: Array) -> Array:
     """The size of each frame's largest vector: (n,) from (n, ..., 3)."""
-    squares = np.einsum("...i,...i->...", vectors, vectors)
-    return np.sqrt(squares.reshape(len(squares), -1).max(axis=1))
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.sqrt((x * x + y * y + z * z).reshape(len(vectors), -1).max(axis=1))
