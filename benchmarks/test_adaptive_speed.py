@@ -13,7 +13,7 @@ from kinestitch.solve.stitch import solve_timeline
 @pytest.fixture(scope="module")
 def case():
     clips = {name: ks.sample(name) for name in ("walk", "kick")}
-    plain = ks.replace(ks.timeline(clips, "walk"), 84, 130, "kick", 30, 112)
+    plain = ks.replace(ks.timeline(clips, "walk"), 84, 130, "kick", 30, 112, seam=ks.Seam())
     return plain, replace(plain, seams=(ks.Seam(automatic=True),) * 2), clips
 
 
@@ -22,7 +22,7 @@ def test_automatic_seams_against_plain_ones(case, compare):
     compare(
         "solve_timeline of two automatic seams",
         lambda: solve_timeline(automatic, clips),
-        "the same with the default smoothing time",
+        "the same with a smoothing time of 0.1 s",
         lambda: solve_timeline(plain, clips),
         "≤ 5",
         repeats=20,
@@ -35,7 +35,7 @@ def test_choosing_against_solving(case, compare):
     compare(
         "choosing λ for two seams and five parts",
         lambda: with_automatic(placed),
-        "solve_timeline with the default smoothing time",
+        "solve_timeline with a smoothing time of 0.1 s",
         lambda: solve_timeline(plain, clips),
         "none",
         repeats=20,
