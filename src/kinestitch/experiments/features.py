@@ -30,7 +30,7 @@ from kinestitch.search.snap import snap
 from kinestitch.solve.contacts import Contacts
 from kinestitch.solve.energy import seam_price
 from kinestitch.solve.footlock import locked, placed_contacts
-from kinestitch.solve.placed import Placed, place_timeline, straddling
+from kinestitch.solve.placed import straddling
 from kinestitch.solve.rivals import crossfade
 from kinestitch.solve.seam import SeamPlace
 from kinestitch.solve.solved import Solved, as_motion
@@ -107,6 +107,8 @@ MEASURES = (
     "survived",
     "root_step",
     "skate",
+    "stances",
+    "hovering",
 )
 
 
@@ -115,7 +117,6 @@ class Survey:
     """One data set, measured.
 
     values : per kind of cut and row (:data:`SOURCES` and :data:`FEATURES`) an array (S, M) over seams and `MEASURES`
-    given_up : per kind of cut the share of the sources' contacts near the seams that a step takes the place of
     """
 
     name: str
@@ -123,27 +124,24 @@ class Survey:
     joints: int
     fps: float
     values: Mapping[str, Mapping[str, Array]]
-    given_up: Mapping[str, float]
 
     def of(self, cuts: str, row: str, measure: str) -> Array:
         """One measure of one row over all seams (S,); NaN where it does not apply."""
         return np.asarray(self.values[cuts][row][:, MEASURES.index(measure)])
 
 
-def measure(
-    line: Timeline, clips: Clips, features: Mapping[str, Feature] = FEATURES
-) -> tuple[dict[str, list[list[float]]], tuple[int, int]]:
-    """All rows at every seam of one timeline, and how many of how many contacts near the seams the lock gives up."""
+def measure(line: Timeline, clips: Clips, features: Mapping[str, Feature] = FEATURES) -> dict[str, list[list[float]]]:
+    """The values of ``MEASURES`` at every seam of one timeline, row by row."""
     made = {name: make(line, clips) for name, make in features.items()}
     stands = {one.placed.timeline: one.contacts for one in made.values() if one.contacts is not None}
-    for timeline in [line, *(one.placed.timeline for one in made.values())]:
+    for timeline in (one.placed.timeline for one in made.values()):
         if timeline not in stands:
             stands[timeline] = locked(solve_timeline(timeline, clips, foot_lock=False)).contacts
     first = next(iter(made.values()))
     found = {SOURCES: [_own(first, seam, stands[first.placed.timeline]) for seam in first.placed.seams]}
     for name, one in made.items():
         found[name] = [_numbers(one, seam, stands[one.placed.timeline]) for seam in one.placed.seams]
-    return found, _given_up(place_timeline(line, clips), stands[line])
+    return found
 
 
 def _numbers(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
@@ -163,6 +161,7 @@ def _numbers(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
         bend.survived,
         1000 * root_step(motion, seam.frame),
         _skate(motion, contacts, seam.frame, ()),
+        *_support(made, seam),
     ]
 
 
@@ -190,13 +189,19 @@ def _skate(motion: Motion, contacts: Contacts, frame: int, leave_out: Sequence[i
     return 100 * slide_in_contact(window, held, leave_out=inside)
 
 
-def _given_up(placed: Placed, kept: Contacts) -> tuple[int, int]:
-    reach = round(REACH * placed.timeline.fps)
-    near = np.zeros(placed.frames, dtype=bool)
-    for seam in placed.seams:
-        near[max(0, seam.frame - reach) : seam.frame + reach] = True
-    before, after = (int(contacts.held[near].sum()) for contacts in (placed_contacts(placed), kept))
-    return before - after, before
+def _support(made: Solved, seam: SeamPlace) -> tuple[float, float]:
+    """Where feet were locked: the share in % of the sources' contacts near a seam that the result keeps, and for how
+    many s it has no foot on the ground although a source has; NaN where nothing stands, or nothing was locked.
+    """
+    if made.contacts is None:
+        return float("nan"), float("nan")
+    reach = round(REACH * made.motion.fps)
+    near = slice(max(0, seam.frame - reach), seam.frame + reach)
+    own, kept = placed_contacts(made.placed).held[near], made.contacts.held[near]
+    if not own.any():
+        return float("nan"), float("nan")
+    hovers = own.any(axis=1) & ~kept.any(axis=1)
+    return 100 * float((own & kept).sum() / own.sum()), float(hovers.sum() / made.motion.fps)
 
 
 def survey(
@@ -215,22 +220,18 @@ def survey(
     """
     rng = np.random.default_rng(seed)
     found: dict[str, dict[str, list[list[float]]]] = {cuts: {} for cuts in CUTS}
-    contacts = {cuts: np.zeros(2) for cuts in CUTS}
     done = 0
     while done < seams:
         line = DRAWS[draw](clips, rng, Seam())
         for cuts, moved in CUTS.items():
-            measured, lost = measure(moved(line, clips), clips, features)
-            contacts[cuts] += lost
-            for row, lists in measured.items():
+            for row, lists in measure(moved(line, clips), clips, features).items():
                 found[cuts].setdefault(row, []).extend(lists)
         done += len(line.seams)
         if progress is not None:
             progress(done, seams)
     first = next(iter(clips.values()))
     values = {cuts: {row: np.array(lists) for row, lists in rows.items()} for cuts, rows in found.items()}
-    given_up = {cuts: float(lost / max(of, 1)) for cuts, (lost, of) in contacts.items()}
-    return Survey(name, len(clips), first.skeleton.joint_count, first.fps, values, given_up)
+    return Survey(name, len(clips), first.skeleton.joint_count, first.fps, values)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -21,6 +21,8 @@ HEADS: Mapping[str, str] = MappingProxyType(
         "survived": "dynamics that survive",
         "root_step": "root step (mm)",
         "skate": "skate in contact (cm/s)",
+        "stances": "contacts kept (%)",
+        "hovering": "without support (s)",
     }
 )
 
@@ -38,7 +40,7 @@ AIMS = (
 )
 
 _NOTHING = 1e-9  # what rounding leaves
-_LEAST = ("kept", "survived")  # measures of which less is worse
+_LEAST = ("kept", "survived", "stances")  # measures of which less is worse
 
 _INTRODUCTION = """# What each feature does to a seam
 
@@ -46,15 +48,15 @@ Made by `python -m kinestitch.experiments.features`; no figure on this page is t
 data set (seed {seed}), the same in every row.
 
 - *Snapped*: each side of the cut moved by up to {snap:g} s to where the seam is cheapest.
-- *Crossfade*: {fade:g} s on each side. *Solved*: at the default smoothing time. *Automatic*: each seam takes the time
-  that its clips allow. Feet are locked as [feet.md](feet.md) says.
+- *Crossfade*: {fade:g} s on each side. *Solved*: at the default smoothing time. *Automatic*: as [auto.md](auto.md) says.
+  Feet are locked as [feet.md](feet.md) says.
 - *Steps aligned*: where both clips walk or run, the cut has moved by up to {align:g} s to where their steps meet; then
   as solved.
 - *Everything on*: steps aligned, automatic, feet locked.
 
 Everything is measured within {reach:g} s of the seam on each side, but for the dynamics kept, which are measured within
-the visible reach of the default smoothing time. A cell has the median and the 95th percentile over the seams; for
-dynamics, of which less is worse, the 5th.
+the visible reach of the default smoothing time. A cell has the median and the 95th percentile over the seams; where
+less is worse, the 5th.
 
 - **Price**: what the seam costs at the default smoothing time. It belongs to the cut, not to what is made of it.
 - **Added acceleration, added angular velocity**: what the worst joint has above its own source in the same frame, over
@@ -64,7 +66,9 @@ dynamics, of which less is worse, the 5th.
   weaker than its source.
 - **Root step**: how far the hips move over the seam's interval. The clips' own is the larger of both.
 - **Skate in contact**: speed over the ground of feet that stand. All rows count the same contacts, those that locked
-  feet keep; where the stances of both clips are too far apart for one place, the lock takes a step instead.
+  feet keep; what is too far apart, or would take too sudden a movement, is given up for a step.
+- **Contacts kept, without support**: how many contacts of the clips the locked feet keep, and how long no foot is on
+  the ground although one is in the clips.
 """
 
 
@@ -81,7 +85,7 @@ def as_markdown(surveys: Sequence[Survey], *, seed: int, draw: str = "cuts") -> 
     for survey in surveys:
         out += [f"## {survey.name}", "", f"{survey.clips} clips, {survey.joints} joints, {survey.fps:g} fps.", ""]
         for cuts in CUTS:
-            out += [f"### {cuts.capitalize()} cuts", "", *_table(survey, cuts), "", _standing(survey, cuts), ""]
+            out += [f"### {cuts.capitalize()} cuts", "", *_table(survey, cuts), ""]
     out += ["## How many seams meet the aims", "", _ABOUT_AIMS, "", *_aims_table(surveys), "", *_verdict(surveys)]
     return "\n".join(out) + "\n"
 
@@ -101,15 +105,6 @@ def _cell(values: Array, measure: str) -> str:
     worse = 5 if measure in _LEAST else 95
     typical, bad = (0.0 if abs(value) < _NOTHING else value for value in np.percentile(values, (50, worse)))
     return f"{typical:.3g} / {bad:.3g}"
-
-
-def _standing(survey: Survey, cuts: str) -> str:
-    skate = survey.of(cuts, SOURCES, "skate")
-    stand = int((~np.isnan(skate)).sum())
-    return (
-        f"A foot stands near {stand} of the {len(skate)} seams. The lock gives {survey.given_up[cuts]:.1%} of the "
-        "contacts up for a step."
-    )
 
 
 def met(survey: Survey, cuts: str, row: str) -> Array:
