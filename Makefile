@@ -47,6 +47,7 @@ docs: $(READY)  ## the pictures, from the samples; and the tables, from the real
 	@if [ -n "$$KINESTITCH_DATA" ]; then for table in seams features adaptive retargeting cutting loops; do \
 	$(BIN)/python -m kinestitch.experiments.$$table "$$KINESTITCH_DATA" -o docs/$$table.md || exit 1; done; \
 	$(BIN)/python -m kinestitch.experiments.phase "$$KINESTITCH_DATA" -o docs/time.md || exit 1; \
+	$(BIN)/python -m kinestitch.experiments.feet "$$KINESTITCH_DATA" -o docs/feet_table.md || exit 1; \
 	else echo "KINESTITCH_DATA is not set: the tables in docs stay as they are"; fi
 
 videos: $(READY)  ## the samples' edits as videos, and stills around their seams, in the folder videos/

@@ -48,7 +48,7 @@ def pasted_kick() -> tuple[Timeline, dict[str, ks.Motion]]:
 def hero(folder: Path) -> None:
     """Walk, kick, and the walk with the kick pasted in."""
     line, clips = pasted_kick()
-    motion = ks.stitch(line, clips)
+    motion = ks.solve_timeline(line, clips, foot_lock=True).motion
     first, second = line.starts[1:3]
     filmstrip(
         [clips["walk"], clips["kick"], motion],
@@ -78,7 +78,7 @@ def moving(folder: Path) -> None:
     from matplotlib.image import imsave
 
     line, clips = pasted_kick()
-    solved = ks.solve_timeline(line, clips)
+    solved = ks.solve_timeline(line, clips, foot_lock=True)
     first, second = line.starts[1:3]
     standing = placed_contacts(solved.placed)
     made = film(

@@ -9,8 +9,8 @@ clips = {"walk": ks.sample("walk"), "kick": ks.sample("kick")}
 # The edit is a value of its own: frames 84 to 129 of the walk give way to frames 30 to 111 of the kick.
 line = ks.replace(ks.timeline(clips, "walk"), 84, 130, "kick", 30, 112)
 
-# Solving leaves everything as it was but the frames around the two seams.
-solved = ks.solve_timeline(line, clips)
+# Solving leaves everything as it was but the frames around the two seams. Feet that stand in the clips stand there too.
+solved = ks.solve_timeline(line, clips, foot_lock=True)
 ks.write(solved.motion, "walk_kick.bvh")
 
 for seam in ks.report(solved)["seams"]:

@@ -10,6 +10,8 @@ from kinestitch.analysis import plots
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_about_axis
 from kinestitch.core.skeleton import Skeleton
+from kinestitch.samples import sample
+from kinestitch.solve.contacts import find_contacts, runs
 
 
 @pytest.fixture
@@ -70,3 +72,21 @@ def test_a_map_has_its_cuts_where_they_are_and_bars_where_feet_stand(drawn):
 def test_a_map_without_differences_can_be_drawn(tmp_path):
     plots.plot_costs(np.ones((3, 4)), tmp_path / "x.png")
     assert (tmp_path / "x.png").stat().st_size > 1000
+
+
+def test_contacts_are_bars_below_the_curves(drawn):
+    walk = sample("walk")
+    found = find_contacts(walk)
+    plots.plot_joint(walk, 0, "x.png", contacts=found)
+    curves, laplacian, feet = drawn[0].axes
+    assert [label.get_text() for label in feet.get_yticklabels()] == [
+        "left ankle", "left toe", "right ankle", "right toe",
+    ]  # fmt: skip
+    assert len(feet.collections) == 4
+    for row, (bars, held) in enumerate(zip(feet.collections, found.held.T, strict=True)):
+        corners = [path.vertices[:4] for path in bars.get_paths()]
+        assert [(box[:, 0].min() + 0.5, box[:, 0].max() + 0.5) for box in corners] == runs(held)
+        assert all(abs(box[:, 1].mean() - row) < 1e-9 for box in corners)
+    assert feet.get_xlabel()
+    assert not laplacian.get_xlabel()
+    assert curves.get_xlim() == feet.get_xlim()

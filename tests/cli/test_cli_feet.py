@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinestitch.cli.pictures import show
 from kinestitch.files import read, write
 from kinestitch.samples import sample
+from kinestitch.testing import assert_motion_close
 
 
 @pytest.fixture
@@ -54,3 +56,45 @@ def test_a_document_says_whether_feet_are_locked(kinestitch):
         assert kinestitch("stitch", document, *options, "-o", "out.bvh", "--report", "r.json").code == 0
         assert json.loads(Path("r.json").read_text(encoding="utf-8"))["feet"]["locked"] is locked
     assert "feet" in kinestitch("info", "edit.otio").out
+
+
+@pytest.mark.usefixtures("walker")
+def test_bars_say_when_the_feet_stand(kinestitch):
+    """Ten characters for half a second on each side of each seam, told by the contacts of the report."""
+    words = ("stitch", "walk.bvh", "--replace", "42:65", "kick.bvh@15:56", "--report", "r.json", "-o", "out.bvh")
+    lines = [line.split() for line in kinestitch(*words).out.splitlines() if "|" in line]
+    report = json.loads(Path("r.json").read_text(encoding="utf-8"))
+    joints = list(report["feet"]["contacts"].values())
+    for line, seam in zip(lines, report["seams"], strict=True):
+        assert (line[0], line[1], line[3]) == (str(seam["frame"]), "L", "R")
+        for bar, foot in ((line[2], joints[:2]), (line[4], joints[2:])):
+            before, after = bar.split("|")
+            assert len(before) == len(after) == 10
+            for slot, mark in enumerate(before + after):
+                frames = np.arange(*(int(np.floor(1.5 * (slot - k) + 0.5)) for k in (10, 9))) + seam["frame"]
+                stands = [any(start <= frame < stop for joint in foot for start, stop in joint) for frame in frames]
+                if all(stands) or not any(stands):
+                    assert (mark == "█") is all(stands)
+
+
+def test_there_are_no_bars_without_feet(kinestitch, clip):
+    clip("walk.bvh", frames=80)
+    clip("kick.bvh", frames=60, seed=1)
+    ran = kinestitch("stitch", "walk.bvh", "--append", "kick.bvh", "-o", "out.bvh")
+    assert ran.code == 0
+    assert "|" not in ran.out
+
+
+@pytest.mark.usefixtures("walker")
+def test_what_is_shown_is_what_stitch_writes(kinestitch):
+    """`plot` and `filmstrip` lock the feet of an edit as `stitch` does, unless the edit says otherwise."""
+    words = ("stitch", "walk.bvh", "--replace", "42:65", "kick.bvh@15:56")
+    for options in ((), ("--no-foot-lock",)):
+        assert kinestitch(*words, *options, "-o", "edit.otio").code == 0
+        assert kinestitch("stitch", "edit.otio", "-o", "out.bvh").code == 0
+        shown = show("edit.otio", lambda _: None)
+        assert_motion_close(shown.motion, read("out.bvh"), degrees=1e-3, metres=1e-5)
+        assert (shown.contacts is None) is bool(options)
+    assert kinestitch("plot", "edit.otio", "-o", "plot.svg").code == 0
+    drawn = Path("plot.svg").read_text(encoding="utf-8")
+    assert all(f"{side} {part}" in drawn for side in ("left", "right") for part in ("ankle", "toe"))

@@ -11,7 +11,7 @@ from kinestitch.core.rotation import quat_about_axis, quat_conjugate, quat_multi
 from kinestitch.solve.contacts import runs
 from kinestitch.solve.laplacian import second_difference
 from kinestitch.solve.seam import Cluster, SeamPlace
-from kinestitch.solve.stances import FootPath, Setting, released, settled
+from kinestitch.solve.stances import FootPath, Setting, released, settled, wanted_stances
 from kinestitch.solve.swings import carry_over
 
 FPS, LEG, BLEND = 60.0, 0.9, 25.0
@@ -145,6 +145,29 @@ def test_a_stance_does_not_begin_or_end_out_of_reach():
     far = (np.arange(100) < 50) | (np.arange(100) == 70) | (np.arange(100) > 95)
     stands = released(stances, np.zeros((100, 3)), far, setting(100, 20))
     assert runs(stands) == [(50, 96)]
+
+
+def test_contacts_stay_apart_where_a_foot_then_stands_for_longer():
+    """The shorter of two stances that became one lies so far off its clip that the foot cannot get there in time."""
+    count, seam = 281, 138
+    frames = np.arange(count)
+    held = ((frames >= 37) & (frames < 76)) | (frames >= 104)
+    placed = standing(count, seam, (0.29, 0.0, 0.0))
+    share = 1 / (1 + np.exp(-(frames - seam + 0.5) / 4.0))
+    solved = FootPath(share[:, None] * [0.29, 0.0, 0.0], placed.turn)
+    how = setting(count, seam)
+
+    def far(path: FootPath) -> np.ndarray:
+        return (frames < 118) & (np.abs(path.pivot - placed.pivot).max(axis=1) > 0.1)
+
+    one = settled(placed, held, held, how)
+    assert len(one.links) == 1
+    together = released(one, one.path.pivot - solved.pivot, far(one.path), how)
+    stances, stands = wanted_stances(placed, solved, (held, held), far, how)
+    assert not stances.links
+    assert stands.sum() > together.sum() + 0.1 * FPS
+    little = standing(count, seam, (0.02, 0.0, 0.0))
+    assert wanted_stances(little, little, (held, held), lambda _: frames < 0, how)[0].links
 
 
 def test_frames_beside_a_window_that_ends_have_no_offset():

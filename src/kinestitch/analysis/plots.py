@@ -16,7 +16,7 @@ from kinestitch.core.atomic import replacing
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_continuous, quat_log, quat_mean, quat_multiply
 from kinestitch.errors import SkeletonMismatchError, UnsupportedFormatError
-from kinestitch.solve.contacts import Mask, runs
+from kinestitch.solve.contacts import Contacts, Mask, legs_of, runs
 from kinestitch.solve.laplacian import second_difference
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ _AXES = (("x", "#0072B2"), ("y", "#009E73"), ("z", "#D55E00"))
 _BRIGHTEST = 95.0  # percent of a map's costs that the colours tell apart
 _FEET = (("left", "#0072B2"), ("right", "#D55E00"))
 _BEFORE, _AFTER, _SEAM = "#9A9A9A", "#111111", "#CC79A7"
+_STANDS = "#009E73"
 
 
 def joint_curve(motion: Motion, joint: int, base: Array | None = None) -> Array:
@@ -48,11 +49,13 @@ def plot_joint(
     before: Motion | None = None,
     seams: Sequence[int] = (),
     title: str | None = None,
+    contacts: Contacts | None = None,
 ) -> None:
     """Draw a joint's rotation vector over time and below it the norm of its temporal Laplacian; PNG, SVG or PDF by
     suffix.
 
     before : the hard cut of the same frames, drawn in grey behind; seams : frames to mark
+    contacts : of the feet, drawn as bars at the bottom
 
     Raises UnsupportedFormatError, OutputError, InvalidMotionError (no such joint), SkeletonMismatchError (`before` is
     another motion).
@@ -62,7 +65,7 @@ def plot_joint(
         raise SkeletonMismatchError(
             f"Expected the hard cut of the same {motion.frames} frames and joints, got {before.frames} frames."
         )
-    figure, (upper, lower) = _two_panels()
+    figure, (upper, lower, *feet) = _joint_panels(contacts)
     base = quat_mean(motion.rotations[:, index])
     frames = np.arange(motion.frames)
     curves = [(motion, 1.8, 1.0)] if before is None else [(before, 0.9, 0.45), (motion, 1.8, 1.0)]
@@ -74,10 +77,12 @@ def plot_joint(
         size = np.linalg.norm(second_difference(values), axis=-1)
         name, colour = ("after", _AFTER) if clip is motion else ("before: hard cut", _BEFORE)
         lower.plot(frames, size, color=colour, linewidth=1.2, label=None if before is None else name)
-    _mark(upper, lower, seams)
+    _mark((upper, lower, *feet), seams)
+    if contacts is not None:
+        _draw_contacts(feet[0], motion, contacts)
     upper.set_ylabel("rotation vector (°)")
     lower.set_ylabel("‖L r‖ (° per frame²)")
-    lower.set_xlabel(f"frame ({motion.fps:g} fps)")
+    (feet or [lower])[-1].set_xlabel(f"frame ({motion.fps:g} fps)")
     drawn = " (thin before, thick after)" if before is not None else ""
     upper.set_title(title if title is not None else motion.skeleton.names[index] + drawn, loc="left")
     upper.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, borderaxespad=0.0)
@@ -144,15 +149,32 @@ def _feet(over: Axes, along: Mask, beside: Axes, upwards: Mask) -> None:
     over.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.0)
 
 
-def _two_panels() -> tuple[Figure, Sequence[Axes]]:
+def _joint_panels(contacts: Contacts | None) -> tuple[Figure, Sequence[Axes]]:
+    """Two panels, and a low one below them with a row for each of the contacts' joints."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
-    panels = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    rows = 0 if contacts is None else len(contacts.joints)
+    extra = [0.24 * rows + 0.1] if rows else []
+    figure = Figure(figsize=(8.0, 5.0 + 0.8 * sum(extra)), layout="constrained")
+    panels = figure.subplots(2 + len(extra), 1, sharex=True, height_ratios=(3, 2, *extra))
     for panel in panels:
         panel.spines[["top", "right"]].set_visible(False)
         panel.margins(x=0.01)
     return figure, panels
+
+
+def _draw_contacts(axes: Axes, motion: Motion, contacts: Contacts) -> None:
+    """A bar wherever a joint stands, the left foot's ankle and toe above the right one's."""
+    sides = zip(("left", "right"), legs_of(motion.skeleton), strict=True)
+    names = {joint: f"{side} {part}" for side, leg in sides for joint, part in ((leg.foot, "ankle"), (leg.toe, "toe"))}
+    for row, held in enumerate(contacts.held.T):
+        spans = [(start - 0.5, stop - start) for start, stop in runs(held)]
+        axes.broken_barh(spans, (row - 0.32, 0.64), facecolors=_STANDS)
+    count = len(contacts.joints)
+    axes.set_yticks(range(count), [names[joint] for joint in contacts.joints], fontsize=8)
+    axes.set_ylim(count - 0.4, -0.6)
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
 
 
 def _set_limits(upper: Axes, lower: Axes, frames: int) -> None:
@@ -169,12 +191,12 @@ def _set_limits(upper: Axes, lower: Axes, frames: int) -> None:
                 line.set_marker("o")
 
 
-def _mark(upper: Axes, lower: Axes, seams: Sequence[int]) -> None:
+def _mark(panels: Sequence[Axes], seams: Sequence[int]) -> None:
     for number, frame in enumerate(seams):
-        for panel in (upper, lower):
+        for panel in panels:
             panel.axvline(frame - 0.5, color=_SEAM, linewidth=1.2, linestyle="--", zorder=0)
         label = "seam" if number == 0 else ""
-        upper.annotate(
+        panels[0].annotate(
             label, (frame - 0.5, 1.0), xycoords=("data", "axes fraction"), color=_SEAM, ha="left", va="top",
             xytext=(3, -1), textcoords="offset points",
         )  # fmt: skip

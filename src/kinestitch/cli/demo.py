@@ -45,6 +45,7 @@ def demo(folder: str) -> None:
     _make_folder(target)
     with progress(6) as step:
         from kinestitch.analysis.quality import report
+        from kinestitch.analysis.skating import feet_report
         from kinestitch.edit import replace, save_document
         from kinestitch.edit.timeline import timeline
         from kinestitch.files import write
@@ -57,8 +58,8 @@ def demo(folder: str) -> None:
             write(clips[Path(name).stem], target / name)
         line = replace(timeline(clips, "walk"), *CUT, "kick", *PASTED)
         step("solving the seams")
-        solved = solve_timeline(line, clips)
-        numbers = dict(report(solved))
+        solved = solve_timeline(line, clips, foot_lock=line.foot_lock)
+        numbers = {**report(solved), "feet": feet_report(solved)}
         step("writing the result")
         for suffix in (".bvh", ".glb"):
             write(solved.motion, target / f"walk_kick{suffix}")
@@ -89,7 +90,7 @@ def _draw(clips: dict[str, Motion], line: Timeline, solved: Solved, target: Path
 
     seams = [seam.frame for seam in solved.seams]
     joint = find_joint(solved.motion, JOINT)
-    plot_joint(solved.motion, joint, target / RESULTS[3], before=solved.cut, seams=seams)
+    plot_joint(solved.motion, joint, target / RESULTS[3], before=solved.cut, seams=seams, contacts=solved.contacts)
     filmstrip(
         [clips["walk"], clips["kick"], solved.motion],
         target / RESULTS[4],

@@ -47,7 +47,7 @@ class Shown:
 @click.option("--before", type=FILE, metavar="FILE", help="A clip to draw behind, as the hard cut of the same frames.")
 @click.option("--seam", "seams", type=int, multiple=True, metavar="N", help="Mark frame N; may be given often.")
 def plot(source: str, output: str, joint: str | None, before: str | None, seams: tuple[int, ...]) -> None:
-    """Draw a joint's curve over time, and below it how sharply it bends (‖L r‖).
+    """Draw a joint's curve over time, below it how sharply it bends (‖L r‖), and when the feet stand.
 
     IN is a clip, or an edit document (.otio), which is solved and drawn with its hard cut behind it and its seams
     marked.
@@ -72,7 +72,7 @@ def plot(source: str, output: str, joint: str | None, before: str | None, seams:
         step("drawing")
         from kinestitch.analysis.plots import plot_joint
 
-        plot_joint(shown.motion, index, output, before=cut, seams=marks)
+        plot_joint(shown.motion, index, output, before=cut, seams=marks, contacts=shown.contacts or own_contacts(shown))
     console().print(f"{output}: {shown.motion.skeleton.names[index]}, {counted(shown.motion.frames, 'frame')}")
 
 
@@ -120,7 +120,7 @@ def filmstrip(*, sources: tuple[str, ...], output: str, poses: int, view: str, t
 
 
 def show(path: str, step: Step) -> Shown:
-    """A clip as it is, or an edit document solved."""
+    """A clip as it is, or an edit document as ``stitch`` makes it, its feet locked unless it says otherwise."""
     from dataclasses import replace
     from pathlib import Path
 
@@ -131,10 +131,22 @@ def show(path: str, step: Step) -> Shown:
         return Shown(replace(read_clip(path), name=Path(path).stem))
     opened = Library(step).open(path)
     step(f"solving {path}")
-    solved = solve_timeline(opened.timeline, opened.clips)
+    solved = solve_timeline(opened.timeline, opened.clips, foot_lock=opened.timeline.foot_lock)
     seams = tuple(seam.frame for seam in solved.seams)
     motion = replace(solved.motion, name=Path(path).stem)
     return Shown(motion, solved.cut, seams, pasted_stretches(opened.timeline), solved.placed, solved.contacts)
+
+
+def own_contacts(shown: Shown) -> Contacts | None:
+    """When the feet stand in the clips that are shown; None for a rig without feet."""
+    from kinestitch.errors import SkeletonMismatchError
+    from kinestitch.solve.contacts import find_contacts
+    from kinestitch.solve.footlock import placed_contacts
+
+    try:
+        return find_contacts(shown.motion) if shown.placed is None else placed_contacts(shown.placed)
+    except SkeletonMismatchError:
+        return None
 
 
 def pasted_stretches(timeline: Timeline) -> tuple[Stretch, ...]:

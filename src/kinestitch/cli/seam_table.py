@@ -58,10 +58,22 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
             )
         out.print(table)
         out.print("Before → after: largest joint between the two frames at each seam; moved by: largest, off the cut.")
+        _show_feet(solved)
     tail = f", {counted(len(seams), 'seam')}"
     if seams and numbers["method"] == "laplacian":
         tail += f" solved in {numbers['solve_ms']:.2f} ms"
     out.print(f"{output}: {_size(numbers['frames'], numbers['fps'])}, {counted(numbers['joints'], 'joint')}{tail}")
+
+
+def _show_feet(solved: Solved) -> None:
+    """Print when the feet stand around each seam."""
+    from kinestitch.cli.foot_bars import LEGEND, foot_bars
+
+    bars = list(foot_bars(solved))
+    for seam, bar in zip(solved.seams, bars, strict=False):
+        console().print(f"{seam.frame:>4}  {bar}")
+    if bars:
+        console().print(LEGEND)
 
 
 def show_edit(timeline: Timeline, output: str) -> None:

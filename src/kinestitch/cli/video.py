@@ -12,7 +12,7 @@ from kinestitch.cli.console import console, progress
 from kinestitch.cli.inputs import is_document, read_clip
 from kinestitch.cli.options import FILE, SIZE
 from kinestitch.cli.outputs import check_output, refuse_suffix
-from kinestitch.cli.pictures import Shown, show, view_option
+from kinestitch.cli.pictures import Shown, own_contacts, show, view_option
 from kinestitch.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def video(
 
 def _panels(shown: Shown) -> list[Panel]:
     """A clip alone, or an edit three times."""
-    motion, stands = shown.motion, _contacts(shown)
+    motion, stands = shown.motion, own_contacts(shown)
     result = Panel(motion, motion.name, shown.seams, shown.pasted, shown.contacts or stands)
     if shown.placed is None or shown.before is None or not shown.seams:
         return [result]
@@ -109,18 +109,6 @@ def _panels(shown: Shown) -> list[Panel]:
     blended = crossfade(shown.placed, max(1, round(CROSSFADE / 2 * motion.fps)))
     cut = Panel(shown.before, "hard cut", shown.seams, shown.pasted, stands)
     return [cut, Panel(blended, f"crossfade {CROSSFADE:g} s", shown.seams, shown.pasted, stands), result]
-
-
-def _contacts(shown: Shown) -> Contacts | None:
-    """When the feet stand in the clips that are shown; None for a rig without feet."""
-    from kinestitch.errors import SkeletonMismatchError
-    from kinestitch.solve.contacts import find_contacts
-    from kinestitch.solve.footlock import placed_contacts
-
-    try:
-        return find_contacts(shown.motion) if shown.placed is None else placed_contacts(shown.placed)
-    except SkeletonMismatchError:
-        return None
 
 
 def _write(panels: list[Panel], output: str, step: Step, *, figure: str | None, **how: Any) -> int:

@@ -21,7 +21,7 @@ from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit.operations import replace as paste
-from kinestitch.edit.timeline import Seam, Timeline, timeline
+from kinestitch.edit.timeline import DEFAULT_SEAM, Timeline, timeline
 from kinestitch.experiments.seams import DATA_SETS, random_cut, random_replacement, read_clips
 from kinestitch.rig.hips import hips_joint
 from kinestitch.search.snap import snap
@@ -149,8 +149,8 @@ def _straight(motion: Motion) -> float:
 def draw(clips: dict[str, Motion], seams: int, seed: int) -> list[Timeline]:
     """Random timelines with `seams` seams: half of them cuts from one clip to another, half of them replacements."""
     rng = np.random.default_rng(seed)
-    cuts = [random_cut(clips, rng, Seam()) for _ in range(seams // 2)]
-    return cuts + [random_replacement(clips, rng, Seam()) for _ in range(seams // 4)]
+    cuts = [random_cut(clips, rng, DEFAULT_SEAM) for _ in range(seams // 2)]
+    return cuts + [random_replacement(clips, rng, DEFAULT_SEAM) for _ in range(seams // 4)]
 
 
 def survey(folder: Path, seams: int, seed: int, lock: Lock = locked) -> dict[str, list[Feet]]:
@@ -179,9 +179,9 @@ def named(folder: Path) -> dict[str, Feet]:
 _INTRODUCTION = """# Locked feet on real seams
 
 Made by `python -m kinestitch.experiments.feet`; no figure on this page is typed in. {seams} random seams a data set
-(seed {seed}), default smoothing time: half of them cuts from one clip into another, half of them the two ends of a
-replacement. *Snapped*: each side of a cut moved by up to {snap:g} s to where the seam is cheapest. *Before*: solved.
-*After*: the same with its feet locked, as [feet.md](feet.md) says. *Clips*: the hard cut without its seams.
+(seed {seed}), automatic as `stitch` makes them: half of them cuts from one clip into another, half of them the two
+ends of a replacement. *Snapped*: each side of a cut moved by up to {snap:g} s to where the seam is cheapest.
+*Before*: solved. *After*: the same with its feet locked, as [feet.md](feet.md) says. *Clips*: the hard cut without its seams.
 
 - **Slide**: mean speed over the ground of joints that stand, in the contacts that the result keeps.
 - **Skate near the seams**: way over the ground of both feet, weighed by how low they are, within the visible reach of

@@ -32,7 +32,7 @@ from kinestitch.solve.legs import (
 from kinestitch.solve.placed import Placed
 from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
-from kinestitch.solve.stances import FootPath, Setting, released, settled
+from kinestitch.solve.stances import FootPath, Setting, wanted_stances
 from kinestitch.solve.swings import GROUND, carry_heights, carry_over, clearance, floor_under, step_arcs
 
 Frames = NDArray[np.intp]
@@ -146,18 +146,13 @@ class _Goal:
 def _goal(window: _Window, leg: Leg, held: Mask, flat: Mask) -> _Goal:
     """held, flat : (n,) frames in which the foot stands in the sources, and in which its heel does"""
     now, placed, setting = foot_path(window.ours, leg), foot_path(window.theirs, leg), window.setting
-    stances = settled(placed, held, flat, setting)
+
+    def far(path: FootPath) -> Mask:
+        return np.asarray(_missing(window, leg, _offsets(path, now), held) < -_FARTHEST * setting.leg)
+
+    stances, stands = wanted_stances(placed, now, (held, flat), far, setting)
     there = stances.path
-    offsets = np.concatenate(
-        [
-            there.pivot - now.pivot,
-            _rotvecs(quat_multiply(there.turn, quat_conjugate(now.turn))),
-            stances.evened(_toe_offsets(window, leg)),
-        ],
-        axis=1,
-    )
-    far = _missing(window, leg, offsets, held) < -_FARTHEST * setting.leg
-    stands = released(stances, offsets[:, :3], far, setting)
+    offsets = np.concatenate([_offsets(there, now), stances.evened(_toe_offsets(window, leg))], axis=1)
     if not held.any():
         return _Goal(np.zeros(offsets.shape), stands)
     offsets[~stands] = 0.0
@@ -168,6 +163,12 @@ def _goal(window: _Window, leg: Leg, held: Mask, flat: Mask) -> _Goal:
     least = floor_under(placed.pivot[:, 1], setting.blend) + arcs + _clearance(path, placed, setting)
     carried[:, 1] = carry_heights(offsets[:, 1], known, least - now.pivot[:, 1], setting.blend, setting.hard)
     return _Goal(carried, stands)
+
+
+def _offsets(path: FootPath, now: FootPath) -> Array:
+    """From where a foot is to a path: (n, 6), m of its pivot and rad of its turn in the world."""
+    turns = quat_multiply(path.turn, quat_conjugate(now.turn))
+    return np.concatenate([path.pivot - now.pivot, _rotvecs(turns)], axis=1)
 
 
 def foot_path(pose: WorldPose, leg: Leg) -> FootPath:

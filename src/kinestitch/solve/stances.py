@@ -7,7 +7,7 @@ a foot would throw it harder than a leg can, it is released earlier, or put down
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Collection, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -29,6 +29,7 @@ from kinestitch.solve.swings import GROUND, carry_over
 
 _APART, _UNEVEN, _TURNED = 0.35, 0.1, np.radians(50.0)  # leg lengths and rad within which two stances can become one
 _PAUSE = 0.15  # s that may lie between them
+_LONGER = 0.1  # s that a foot has to stand longer if they do not
 _HARDEST = 18.0  # leg lengths per s², what holding a foot may add to its acceleration
 _TIE = 2  # frames by which the peak may be nearer to one stance than to the other, and both still give way
 
@@ -127,14 +128,15 @@ class Stances:
         return out
 
 
-def settled(placed: FootPath, held: Mask, flat: Mask, setting: Setting) -> Stances:
+def settled(placed: FootPath, held: Mask, flat: Mask, setting: Setting, *, apart: Collection[int] = ()) -> Stances:
     """The stances of a window, those made one that can be.
 
     placed : the foot in the placed sources; held, flat : (n,) frames in which it stands in them, and its heel does
+    apart : first frames of contacts that are not to become one with the one before
     """
     pause = max(2, round(_PAUSE * setting.fps))
     pieces = _pieces(held, setting, pause)
-    links = _links(placed, pieces, flat, setting, pause)
+    links = _links(placed, pieces, flat, setting, pause, apart)
     _settle(pieces, links)
     path = FootPath(placed.pivot.copy(), placed.turn.copy())
     for piece in pieces:
@@ -150,6 +152,31 @@ def settled(placed: FootPath, held: Mask, flat: Mask, setting: Setting) -> Stanc
     return Stances(path, tuple(pieces), tuple(links), pause)
 
 
+def wanted_stances(
+    placed: FootPath, solved: FootPath, held: tuple[Mask, Mask], far: Callable[[FootPath], Mask], setting: Setting
+) -> tuple[Stances, Mask]:
+    """The stances of a window and the frames (n,) in which the foot stands.
+
+    placed, solved : the foot in the placed sources, and in the result
+    held : (n,) frames in which it stands in the sources, and in which its heel does
+    far : in which frames (n,) a foot that stood on a path would be out of its leg's reach
+
+    Two contacts stay apart where the foot then stands for longer, by more than it takes to see.
+    """
+
+    def tried(apart: Collection[int]) -> tuple[Stances, Mask]:
+        found = settled(placed, *held, setting, apart=apart)
+        return found, released(found, found.path.pivot - solved.pivot, far(found.path), setting)
+
+    apart: tuple[int, ...] = ()
+    best = tried(apart)
+    for link in best[0].links:
+        other = tried((*apart, link.right.start))
+        if other[1].sum() > best[1].sum() + _LONGER * setting.fps:
+            best, apart = other, (*apart, link.right.start)
+    return best
+
+
 def _pieces(held: Mask, setting: Setting, pause: int) -> list[_Piece]:
     """The contacts, cut at seams; those that last beyond the window, or nearly, are fixed."""
     first, last = (pause if bounded else 0 for bounded in setting.bounded)
@@ -161,7 +188,9 @@ def _pieces(held: Mask, setting: Setting, pause: int) -> list[_Piece]:
     return pieces
 
 
-def _links(placed: FootPath, pieces: Sequence[_Piece], flat: Mask, setting: Setting, pause: int) -> list[_Link]:
+def _links(
+    placed: FootPath, pieces: Sequence[_Piece], flat: Mask, setting: Setting, pause: int, apart: Collection[int]
+) -> list[_Link]:
     """The neighbours over a seam that can become one stance."""
     links: list[_Link] = []
     seams = set(setting.cluster.local_frames) - set(setting.hard)
@@ -173,6 +202,7 @@ def _links(placed: FootPath, pieces: Sequence[_Piece], flat: Mask, setting: Sett
         yaw = _yaw(quat_multiply(placed.turn[b], quat_conjugate(placed.turn[a])))
         near = (
             any(a < m <= b for m in seams)
+            and b not in apart
             and b - a <= pause
             and np.hypot(*gap[list(GROUND)]) < _APART * setting.leg
             and abs(gap[1]) < _UNEVEN * setting.leg
