@@ -48,7 +48,7 @@ Made by `python -m kinestitch.experiments.features`; no figure on this page is t
 data set (seed {seed}), the same in every row.
 
 - *Snapped*: each side of the cut moved by up to {snap:g} s to where the seam is cheapest.
-- *Crossfade*: {fade:g} s on each side. *Solved*: at the default smoothing time. *Automatic*: as [auto.md](auto.md) says.
+- *Crossfade*: {fade:g} s on each side. *Solved*: at 0.1 s. *Automatic*: as [auto.md](auto.md) says.
   Feet are locked as [feet.md](feet.md) says.
 - *Steps aligned*: where both clips walk or run, the cut has moved by up to {align:g} s to where their steps meet; then
   as solved.

@@ -51,6 +51,9 @@ _BLOCK = 8192
 window.
 """
 
+UNMOVED = 1e-10
+"""rad; a window ends in frames that move by less, and they are left as they are."""
+
 _SAME_HEMISPHERE = 0.7
 """Unit quaternions none of whose components differ by more than this are less than a right angle apart."""
 
@@ -206,7 +209,7 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array | None, ro
     base = quat_multiply(charted.base[:, None], np.eye(4))  # (J, 4, 4): q @ base[j] is the product base[j] q
     step = min(frames, max(1, _BLOCK // joints))
     scratch = np.empty((4, joints, step))
-    for rows in _blocks(cluster, step):
+    for rows in _blocks(cluster, step, (0, frames) if curves is None else _moving(curves, offsets)):
         parts = scratch[..., : rows.stop - rows.start]
         block = rotations[rows].swapaxes(0, 1)
         turn, sign = _signed(base, None if charted.sign is None else charted.sign[rows])
@@ -226,11 +229,24 @@ def solve_rotations(charted: Charted, cluster: Cluster, curves: Array | None, ro
     return np.flatnonzero(overturned)
 
 
-def _blocks(cluster: Cluster, step: int) -> Iterator[slice]:
-    """The frames of a window in blocks of at most `step`, which end at a seam where one lies in their second half."""
-    start, seams = 0, cluster.local_frames
-    while start < cluster.frames:
-        stop = min(start + step, cluster.frames)
+def _moving(curves: Array, offsets: Array) -> tuple[int, int]:
+    """The first frame that a correction moves by more than ``UNMOVED``, and the one after the last.
+
+    offsets : (3, J, 2S) rad
+    """
+    most = np.zeros(len(curves))
+    for sign in (1.0, -1.0):  # told by sum and difference, since a seam's two curves all but cancel each other
+        gaps = np.abs(offsets[..., ::2] + sign * offsets[..., 1::2]).max(axis=(0, 1))
+        most += np.abs(curves[:, ::2] + sign * curves[:, 1::2]) @ gaps / 2
+    moved = np.flatnonzero(most > UNMOVED)
+    return (int(moved[0]), int(moved[-1]) + 1) if len(moved) else (0, 0)
+
+
+def _blocks(cluster: Cluster, step: int, within: tuple[int, int]) -> Iterator[slice]:
+    """Some frames of a window in blocks of at most `step`, which end at a seam where one lies in their second half."""
+    (start, last), seams = within, cluster.local_frames
+    while start < last:
+        stop = min(start + step, last)
         before = bisect_left(seams, stop) - 1
         if before >= 0 and seams[before] > start + step // 2:
             stop = seams[before]
