@@ -54,7 +54,7 @@ def test_a_whole_clip_at_another_speed_is_no_longer_and_goes_no_further():
 
 
 def test_seams_between_two_speeds_of_one_clip_are_solved():
-    line = set_speed(ks.append(ks.delete(ks.timeline(CLIPS, "walk"), 60, 101), "walk", 60), 1, 0.5)
+    line = set_speed(ks.append(ks.delete(ks.timeline(CLIPS, "walk"), 60, 101), "walk", 60, seam=ks.Seam()), 1, 0.5)
     solved = ks.solve_timeline(line, CLIPS)
     assert [seam.frame for seam in solved.seams] == [60]
 

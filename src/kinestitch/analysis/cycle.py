@@ -141,7 +141,7 @@ def with_feet_locked(motion: Motion, looped: Looped) -> Looped:
     if contacts is None or own.keeps("foot_slide_m_s"):
         return looped
     other = lock_loop(motion, looped)
-    return other if len(loop_quality(other, contacts).missed) < len(own.missed) else looped
+    return other if len(loop_quality(other, feet_of(motion, other)).missed) < len(own.missed) else looped
 
 
 def loop_report(motion: Motion, looped: Looped) -> Mapping[str, Any]:

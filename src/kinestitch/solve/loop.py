@@ -21,6 +21,7 @@ from kinestitch.errors import ParameterError, RangeError
 from kinestitch.rig.carrier import carrier_joint, with_local_carrier, with_world_carrier, world_of
 from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import Charted, centred_chart, mid_tangent, solve_rotations
+from kinestitch.solve.contacts import Contacts
 from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.periodic import loop_curves, loop_interval_curves
 from kinestitch.solve.root import GROUND, Placement, chain_rotation, residual_rows
@@ -42,6 +43,7 @@ class Looped:
     cut : the same before it was solved, N + 1 frames
     span : the N frames of the clip that the cycle is made of
     carrier : the joint that carries the travel; stiffness : λ
+    contacts : where feet were locked, the contacts that the cycle keeps
     """
 
     motion: Motion
@@ -49,6 +51,7 @@ class Looped:
     span: FrameRange
     carrier: int
     stiffness: float
+    contacts: Contacts | None = None
 
 
 def loop(

@@ -13,6 +13,7 @@ import numpy as np
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_distance
 from kinestitch.edit.timeline import ClipInfo, Seam, Segment, Timeline
+from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.contacts import Contacts, find_contacts, legs_of
 from kinestitch.solve.footlock import locked
 from kinestitch.solve.loop import Looped, repeated
@@ -25,10 +26,13 @@ _CLOSED = 1e-3  # rad by which a leg may miss its own beginning; less is not see
 
 
 def loop_contacts(motion: Motion, looped: Looped) -> Contacts:
-    """When the feet stand, on the N frames of a cycle, told from the whole clip that it is made of.
+    """When the feet stand, on the N frames of a cycle: told from the whole clip that it is made of, or, once they are
+    locked, those that the lock keeps.
 
     Raises SkeletonMismatchError for a rig without feet.
     """
+    if looped.contacts is not None:
+        return looped.contacts
     found = find_contacts(motion)
     return Contacts(found.joints, found.held[looped.span.start : looped.span.stop])
 
@@ -36,20 +40,30 @@ def loop_contacts(motion: Motion, looped: Looped) -> Contacts:
 def lock_loop(motion: Motion, looped: Looped) -> Looped:
     """The loop with its feet held near the seam where they stand in the clip `motion` that it is made of.
 
-    Only legs change. A leg whose foot stands all the time has nowhere to make up for what the cycle travels, and is
-    left as it is. Raises SkeletonMismatchError for a rig without feet.
+    Only legs and the height of the hips change. A leg whose foot stands all the time has nowhere to make up for what
+    the cycle travels; it is left as it is, and then the hips are too.
+
+    Raises SkeletonMismatchError for a rig without feet.
     """
     contacts, frames = loop_contacts(motion, looped), len(looped.span)
     held = np.concatenate([contacts.held] * _COPIES + [contacts.held[:1]])
-    whole = locked(_copies(motion, looped), Contacts(contacts.joints, held)).motion
-    middle = whole.rotations[frames : 2 * frames + 1]
-    rotations = looped.motion.rotations.copy()
-    for leg in legs_of(motion.skeleton):
-        joints = [joint for joint in (leg.thigh, leg.shin, leg.foot, leg.toe) if joint is not None]
-        if quat_distance(middle[0, joints], middle[-1, joints]).max() < _CLOSED:
-            rotations[:-1, joints] = middle[:-1, joints]
-            rotations[-1, joints] = middle[0, joints]
-    return replace(looped, motion=replace(looped.motion, rotations=rotations))
+    copies = _copies(motion, looped)
+    found, here = locked(copies, Contacts(contacts.joints, held)), slice(frames, 2 * frames + 1)
+    whole, kept = found.motion, Contacts(contacts.joints, found.contacts.held[here][:-1])
+    turned, hips = whole.rotations[here], hips_joint(motion.skeleton)
+    down = (whole.translations - copies.motion.translations)[here, hips]
+    legs = [[j for j in (leg.thigh, leg.shin, leg.foot, leg.toe) if j is not None] for leg in legs_of(motion.skeleton)]
+    closed = [leg for leg in legs if quat_distance(turned[0, leg], turned[-1, leg]).max() < _CLOSED]
+    if np.abs(down).max() > 0 and len(closed) < len(legs):
+        return looped
+    rotations, translations = looped.motion.rotations.copy(), looped.motion.translations.copy()
+    for leg in closed:
+        if quat_distance(turned[:, leg], rotations[:, leg]).max() > _CLOSED:
+            rotations[:-1, leg], rotations[-1, leg] = turned[:-1, leg], turned[0, leg]
+    translations[:-1, hips] += down[:-1]
+    translations[-1, hips] += down[0]
+    result = replace(looped.motion, rotations=rotations, translations=translations)
+    return replace(looped, motion=result, contacts=kept)
 
 
 def _copies(motion: Motion, looped: Looped) -> Solved:

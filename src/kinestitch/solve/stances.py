@@ -31,6 +31,7 @@ _APART, _UNEVEN, _TURNED = 0.35, 0.1, np.radians(50.0)  # leg lengths and rad wi
 _PAUSE = 0.15  # s that may lie between them
 _LONGER = 0.1  # s that a foot has to stand longer if they do not
 _HARDEST = 18.0  # leg lengths per s², what holding a foot may add to its acceleration
+_ALIKE = 1e-9  # share by which two peaks may differ and still count as equally high
 _TIE = 2  # frames by which the peak may be nearer to one stance than to the other, and both still give way
 
 
@@ -316,8 +317,9 @@ def _give_way(left: _Piece | None, right: _Piece | None, strength: Array, hardes
     between = strength[start:stop]
     if (left is None and right is None) or between.max(initial=0.0) <= hardest:
         return False
-    peak = start + int(between.argmax())
-    nearer = 0 if left is None else 1 if right is None else (right.start - peak) - (peak - start)
+    peaks = np.flatnonzero(between >= (1 - _ALIKE) * between.max())
+    peak = start + (int(peaks[0]) + int(peaks[-1])) / 2
+    nearer = 0.0 if left is None else 1.0 if right is None else (right.start - peak) - (peak - start)
     if left is not None and (right is None or nearer >= -_TIE):
         left.stop -= frames
     if right is not None and (left is None or nearer <= _TIE):
