@@ -10,11 +10,9 @@ data set.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -33,6 +31,7 @@ from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Timeline
 from kinestitch.experiments.adaptive_page import as_markdown
 from kinestitch.experiments.seams import DATA_SETS, random_cut, read_clips
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.experiments.trade_off import Curve, near_seam
 from kinestitch.rig.carrier import world_of
 from kinestitch.search.snap import snap
@@ -202,21 +201,13 @@ class _Near:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Study every data set of a folder, cuts as drawn and snapped, and write the document."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__).parse_args(arguments)
     sets = {name: read_clips(chosen.folder / name) for name in DATA_SETS}
     studies = [
         [study(clips, name, seams=chosen.seams, seed=chosen.seed, snapped=seconds) for name, clips in sets.items()]
         for seconds in (0.0, SNAP)
     ]
-    from kinestitch.core.atomic import replacing
-
-    with replacing(chosen.output) as stream:
-        stream.write(as_markdown(studies, chosen.seams, chosen.seed).encode())
+    write_page(chosen.output, as_markdown(studies, chosen.seams, chosen.seed))
 
 
 if __name__ == "__main__":

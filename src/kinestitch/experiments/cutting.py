@@ -6,19 +6,17 @@ set.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-from kinestitch.core.atomic import replacing
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam
 from kinestitch.experiments.cut_feet import FeetAtSeam, compare_dearness
 from kinestitch.experiments.seams import DATA_SETS, random_replacement, read_clips
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.search.price import SHORT_LIST, best_cuts, exact_price, price_map
 from kinestitch.search.snap import Snapped, snap
 from kinestitch.search.standing import CONTACT
@@ -207,15 +205,9 @@ def as_markdown(sets: Mapping[str, Mapping[str, Motion]], *, seams: int, seed: i
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure every data set of a folder and write the document."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__).parse_args(arguments)
     sets = {name: read_clips(chosen.folder / name) for name in DATA_SETS}
-    with replacing(chosen.output) as stream:
-        stream.write(as_markdown(sets, seams=chosen.seams, seed=chosen.seed).encode())
+    write_page(chosen.output, as_markdown(sets, seams=chosen.seams, seed=chosen.seed))
 
 
 if __name__ == "__main__":

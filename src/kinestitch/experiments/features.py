@@ -6,11 +6,9 @@ data set.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -23,6 +21,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Timeline
 from kinestitch.experiments.seams import DATA_SETS, random_cut, random_replacement, read_clips
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.experiments.trade_off import near_seam
 from kinestitch.rig.hips import hips_joint
 from kinestitch.search.align import align_phase
@@ -236,15 +235,10 @@ def survey(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure every data set of a folder and write the document."""
-    from kinestitch.core.atomic import replacing
     from kinestitch.experiments.features_page import as_markdown
 
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser = table_options(__doc__)
     parser.add_argument("--sets", nargs="+", default=DATA_SETS, metavar="NAME", help="folders within FOLDER")
-    parser.add_argument("--seams", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--draw", choices=tuple(DRAWS), default="cuts")
     chosen = parser.parse_args(arguments)
 
@@ -257,8 +251,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         clips = read_clips(chosen.folder / name)
         how = {"seams": chosen.seams, "seed": chosen.seed, "draw": chosen.draw}
         surveys.append(survey(clips, name, **how, progress=tell))
-    with replacing(chosen.output) as stream:
-        stream.write(as_markdown(surveys, seed=chosen.seed, draw=chosen.draw).encode())
+    write_page(chosen.output, as_markdown(surveys, seed=chosen.seed, draw=chosen.draw))
 
 
 if __name__ == "__main__":

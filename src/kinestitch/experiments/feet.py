@@ -6,7 +6,6 @@ data set.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +22,7 @@ from kinestitch.core.rotation import Array
 from kinestitch.edit.operations import replace as paste
 from kinestitch.edit.timeline import DEFAULT_SEAM, Timeline, timeline
 from kinestitch.experiments.seams import DATA_SETS, random_cut, random_replacement, read_clips
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.rig.hips import hips_joint
 from kinestitch.search.snap import snap
 from kinestitch.solve.contacts import legs_of
@@ -226,18 +226,10 @@ def _cell(values: Array) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure the named cases and every data set of a folder, and write the document."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__).parse_args(arguments)
     surveys = {name: survey(chosen.folder / name, chosen.seams, chosen.seed) for name in DATA_SETS}
     how = _INTRODUCTION.format(seams=chosen.seams, seed=chosen.seed, snap=SNAP)
-    from kinestitch.core.atomic import replacing
-
-    with replacing(chosen.output) as stream:
-        stream.write(as_markdown(named(chosen.folder), surveys, how).encode())
+    write_page(chosen.output, as_markdown(named(chosen.folder), surveys, how))
 
 
 if __name__ == "__main__":

@@ -6,19 +6,17 @@ set. What stands in the document before its section of figures stays.
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from kinestitch.analysis.cycle import GATES, LoopQuality, feet_of, gate_text, loop_quality, with_feet_locked
-from kinestitch.core.atomic import replacing
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_conjugate, quat_multiply, quat_normalize, quat_to_rotvec, rotvec_to_quat
 from kinestitch.experiments.seams import DATA_SETS, read_clips
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.rig.carrier import with_local_carrier, with_world_carrier
 from kinestitch.search.cycle import Cycle, best_cycle, whole_cycle
 from kinestitch.solve.loop import Looped, around_seam, solve_loop
@@ -134,15 +132,11 @@ their names; the others do not repeat by themselves, and some end far from where
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure every data set of a folder and write the section."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__, seams=None).parse_args(arguments)
     lines = tables({name: read_clips(chosen.folder / name) for name in DATA_SETS})
     old = chosen.output.read_text(encoding="utf-8") if chosen.output.exists() else ""
     text = old.partition(HEADING)[0] + "\n".join(lines) + "\n"
-    with replacing(chosen.output) as stream:
-        stream.write(text.encode())
+    write_page(chosen.output, text)
 
 
 if __name__ == "__main__":

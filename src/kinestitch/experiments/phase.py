@@ -6,10 +6,8 @@ marks of that page. FOLDER holds one folder of clips per data set.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -21,6 +19,7 @@ from kinestitch.core.rotation import Array, quat_conjugate, quat_multiply, quat_
 from kinestitch.edit.timeline import Seam, Timeline
 from kinestitch.errors import KinestitchError
 from kinestitch.experiments.seams import DATA_SETS, random_cut, read_clips
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.search.align import align_phase, phase_gaps
 from kinestitch.search.phase import find_steps, step_phase, strikes
 from kinestitch.search.snap import snap
@@ -226,12 +225,7 @@ def filled(page: str, text: str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Survey every data set of a folder and fill the tables into the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__, seams=100).parse_args(arguments)
     page = chosen.output.read_text(encoding="utf-8")
     found, slow = {}, {}
     for name in DATA_SETS:
@@ -239,10 +233,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         walks = stepping(clips)
         found[name] = (walks, survey(walks, chosen.seams, chosen.seed))
         slow[name] = [slowed(motion) for motion in clips.values()]
-    from kinestitch.core.atomic import replacing
-
-    with replacing(chosen.output) as stream:
-        stream.write(filled(page, as_markdown(found, slow, chosen.seed)).encode())
+    write_page(chosen.output, filled(page, as_markdown(found, slow, chosen.seed)))
 
 
 if __name__ == "__main__":

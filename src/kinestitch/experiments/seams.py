@@ -6,7 +6,6 @@ set.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from kinestitch.analysis.quality import SeamQuality, seam_quality
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_distance
 from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Segment, Timeline
+from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.solve.chart import CHARTS, Chart
 from kinestitch.solve.placed import Placed
 from kinestitch.solve.rivals import geodesic_blend
@@ -221,21 +221,13 @@ def _cell(qualities: Sequence[SeamQuality], name: str | None, scale: float) -> s
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Survey every data set of a folder and write the document."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__).parse_args(arguments)
     folders = [chosen.folder / name for name in DATA_SETS]
     cuts, pairs = (
         [survey(folder, seams=chosen.seams, seed=chosen.seed, draw=draw) for folder in folders]
         for draw in (random_cut, random_replacement)
     )
-    from kinestitch.core.atomic import replacing
-
-    with replacing(chosen.output) as stream:
-        stream.write(as_markdown(cuts, pairs, chosen.seams, chosen.seed).encode())
+    write_page(chosen.output, as_markdown(cuts, pairs, chosen.seams, chosen.seed))
 
 
 if __name__ == "__main__":

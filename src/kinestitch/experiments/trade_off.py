@@ -12,11 +12,9 @@ Run as ``python -m kinestitch.experiments.trade_off FOLDER -o PICTURE``, FOLDER 
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -27,6 +25,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.edit.timeline import FrameRange, Seam, Timeline
 from kinestitch.experiments.seams import random_cut, read_clips
+from kinestitch.experiments.tables import table_options
 from kinestitch.render.curves import Line, Panel, plot_panels
 from kinestitch.solve.placed import Placed, place_timeline
 from kinestitch.solve.rivals import crossfade, dead_blend, hermite, inertialize
@@ -242,12 +241,7 @@ def as_markdown(trade: TradeOff) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure one folder of clips, draw the curves and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--seams", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    chosen = parser.parse_args(arguments)
+    chosen = table_options(__doc__).parse_args(arguments)
     trade = trade_off(read_clips(chosen.folder), chosen.folder.name, seams=chosen.seams, seed=chosen.seed)
     plot_trade_off(trade, chosen.output)
     print(as_markdown(trade), end="")
