@@ -101,7 +101,7 @@ def test_a_foot_that_keeps_its_sources_pace_needs_no_clearance():
     assert np.abs(clearance(path, path + 3.0, seams=(), fps=60.0, leg=0.9)).max() < 1e-12
     faster = clearance(3 * path, path, seams=(), fps=60.0, leg=0.9)
     assert (faster > 0.03).all()
-    assert (faster < 0.06).all()
+    assert (faster < 0.07).all()
 
 
 def test_the_jump_over_a_seam_is_no_pace():

@@ -16,7 +16,7 @@ GROUND = (0, 2)
 
 _FIRM = 30.0  # weight of a height that shall be reached, beside 1 of the solved height
 _ROUNDS = 4  # in which the frames are found that fall short of it
-_CLEAR, _FAST, _AROUND = 0.06, 0.35, 0.15  # leg lengths, leg lengths per second, s
+_CLEAR, _FAST, _AROUND = 0.07, 0.3, 0.15  # leg lengths, leg lengths per second, s
 _LIFT, _HIGHEST = 0.2, 0.04  # of a step's length, leg lengths
 
 
