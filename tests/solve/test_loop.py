@@ -382,3 +382,9 @@ def test_what_cannot_be_looped_is_refused():
         loop(walk, stiffness=-1.0)
     with pytest.raises(ParameterError, match="at least once, got 0"):
         repeated(loop(walk), 0)
+
+
+@pytest.mark.parametrize("frames", [3, 4, 5])
+def test_a_clip_of_few_frames_is_solved(frames):
+    short = random_motion(3, frames=frames)
+    assert solve_loop(short).motion.frames == frames + 1

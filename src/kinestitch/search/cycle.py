@@ -96,7 +96,9 @@ def _lengths(motion: Motion, shortest: float | None, longest: float | None) -> t
             raise ParameterError(f"Expected a length in seconds ≥ 0, got {seconds}.")
     fewest = max(2, math.ceil((motion.frames if shortest is None else 2 * shortest * motion.fps) / 2))
     most = min(motion.frames, motion.frames if longest is None else math.floor(longest * motion.fps))
-    if motion.frames < SHORTEST or fewest > most:
+    if motion.frames < SHORTEST:
+        raise RangeError(f"Expected a clip of at least {SHORTEST} frames to loop, got {motion.frames}.")
+    if fewest > most:
         raise RangeError(
             f"Expected a clip that holds a cycle of {fewest} frames or more, got {motion.frames} frames"
             + (f" of which {most} may count." if most < motion.frames else ".")

@@ -136,7 +136,7 @@ def _step_across(skeleton: Skeleton, rotations: Array, upright: tuple[int, ...])
     across = _turns(rotations[-1], following)
     around = np.concatenate([steps, across[None], steps[:1]])
     off = np.linalg.norm(around[1:-1] - (around[:-2] + around[2:]) / 2, axis=(1, 2))
-    return across if len(off) > 1 and off[-1] <= LIKELY * np.percentile(off[:-2], 95) else None
+    return across if len(off) > 2 and off[-1] <= LIKELY * np.percentile(off[:-2], 95) else None
 
 
 def _rotations_around(rotations: Array, span: FrameRange, across: Array | None, over: Allowed) -> Array:
