@@ -19,7 +19,7 @@ from kinestitch.analysis.smoothness import added_acceleration, added_velocity
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
-from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Timeline
+from kinestitch.edit.timeline import DEFAULT_SMOOTHING, Seam, Segment, Timeline
 from kinestitch.experiments.seams import DATA_SETS, random_cut, random_replacement, read_clips
 from kinestitch.experiments.tables import table_options, write_page
 from kinestitch.experiments.trade_off import near_seam
@@ -132,14 +132,22 @@ class Survey:
 def measure(line: Timeline, clips: Clips, features: Mapping[str, Feature] = FEATURES) -> dict[str, list[list[float]]]:
     """The values of ``MEASURES`` at every seam of one timeline, row by row."""
     made = {name: make(line, clips) for name, make in features.items()}
-    stands = {one.placed.timeline: one.contacts for one in made.values() if one.contacts is not None}
-    for timeline in (one.placed.timeline for one in made.values()):
-        if timeline not in stands:
-            stands[timeline] = locked(solve_timeline(timeline, clips, foot_lock=False)).contacts
+    kept: dict[tuple[Segment, ...], Contacts] = {}
+    for one in made.values():
+        if one.contacts is not None:
+            kept.setdefault(one.placed.timeline.segments, one.contacts)
+
+    def stands(one: Solved) -> Contacts:
+        """The contacts that count: a locked row's own, else those that a lock keeps on the same cut."""
+        cut = one.placed.timeline.segments
+        if one.contacts is None and cut not in kept:
+            kept[cut] = locked(solve_timeline(one.placed.timeline, clips, foot_lock=False)).contacts
+        return one.contacts or kept[cut]
+
     first = next(iter(made.values()))
-    found = {SOURCES: [_own(first, seam, stands[first.placed.timeline]) for seam in first.placed.seams]}
+    found = {SOURCES: [_own(first, seam, stands(first)) for seam in first.placed.seams]}
     for name, one in made.items():
-        found[name] = [_numbers(one, seam, stands[one.placed.timeline]) for seam in one.placed.seams]
+        found[name] = [_numbers(one, seam, stands(one)) for seam in one.placed.seams]
     return found
 
 

@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from kinestitch.core.rotation import Array
+from kinestitch.edit.timeline import DEFAULT_SMOOTHING
 from kinestitch.experiments.features import ALIGN, CUTS, FADE, REACH, SNAP, SOURCES, Survey
 
 HEADS: Mapping[str, str] = MappingProxyType(
@@ -48,25 +49,25 @@ Made by `python -m kinestitch.experiments.features`; no figure on this page is t
 data set (seed {seed}), the same in every row.
 
 - *Snapped*: each side of the cut moved by up to {snap:g} s to where the seam is cheapest.
-- *Crossfade*: {fade:g} s on each side. *Solved*: at 0.1 s. *Automatic*: as [auto.md](auto.md) says.
+- *Crossfade*: {fade:g} s on each side. *Solved*: at {smoothing:g} s. *Automatic*: as [auto.md](auto.md) says.
   Feet are locked as [feet.md](feet.md) says.
-- *Steps aligned*: where both clips walk or run, the cut has moved by up to {align:g} s to where their steps meet; then
-  as solved.
+- *Steps aligned*: where both clips walk or run, the cut has moved by up to {align:g} s to where their steps meet
+  ([time.md](time.md)); then as solved.
 - *Everything on*: steps aligned, automatic, feet locked.
 
 Everything is measured within {reach:g} s of the seam on each side, but for the dynamics kept, which are measured within
-the visible reach of the default smoothing time. A cell has the median and the 95th percentile over the seams; where
+the visible reach of {smoothing:g} s. A cell has the median and the 95th percentile over the seams; where
 less is worse, the 5th.
 
-- **Price**: what the seam costs at the default smoothing time. It belongs to the cut, not to what is made of it.
+- **Price**: what the seam costs at a smoothing time of {smoothing:g} s. It belongs to the cut, not to what is made of it.
 - **Added acceleration, added angular velocity**: what the worst joint has above its own source in the same frame, over
   what the sources' strongest joint does in 95 % of the frames ([why so](decisions/0005-what-counts-as-added.md)).
 - **Deviation**: from the hard cut, all joints; the mean, and the worst joint and frame.
 - **Dynamics kept**: ‖L R‖ over ‖δ_tar‖; pops and blur cancel out in it. **Dynamics that survive** count only what is
   weaker than its source.
 - **Root step**: how far the hips move over the seam's interval. The clips' own is the larger of both.
-- **Skate in contact**: speed over the ground of feet that stand. All rows count the same contacts, those that locked
-  feet keep; what is too far apart, or would take too sudden a movement, is given up for a step.
+- **Skate in contact**: speed over the ground of feet that stand. All rows of a cut count the contacts that locked feet
+  keep; what is too far apart, or would take too sudden a movement, is given up for a step.
 - **Contacts kept, without support**: how many contacts of the clips the locked feet keep, and how long no foot is on
   the ground although one is in the clips.
 """
@@ -80,7 +81,16 @@ _ABOUT_AIMS = (
 def as_markdown(surveys: Sequence[Survey], *, seed: int, draw: str = "cuts") -> str:
     """The whole document."""
     seams = len(next(iter(surveys[0].values[next(iter(CUTS))].values())))
-    told = {"seams": seams, "draw": draw, "seed": seed, "snap": SNAP, "align": ALIGN, "fade": FADE, "reach": REACH}
+    told = {
+        "seams": seams,
+        "draw": draw,
+        "seed": seed,
+        "snap": SNAP,
+        "align": ALIGN,
+        "smoothing": DEFAULT_SMOOTHING,
+        "fade": FADE,
+        "reach": REACH,
+    }
     out = [_INTRODUCTION.format(**told).rstrip("\n"), ""]
     for survey in surveys:
         out += [f"## {survey.name}", "", f"{survey.clips} clips, {survey.joints} joints, {survey.fps:g} fps.", ""]
