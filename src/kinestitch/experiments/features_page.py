@@ -59,7 +59,8 @@ Everything is measured within {reach:g} s of the seam on each side, but for the 
 the visible reach of {smoothing:g} s. A cell has the median and the 95th percentile over the seams; where
 less is worse, the 5th.
 
-- **Price**: what the seam costs at a smoothing time of {smoothing:g} s. It belongs to the cut, not to what is made of it.
+- **Price**: what the seam costs at a smoothing time of {smoothing:g} s. It belongs to the cut, not to what is made of
+  it.
 - **Added acceleration, added angular velocity**: what the worst joint has above its own source in the same frame, over
   what the sources' strongest joint does in 95 % of the frames ([why so](decisions/0005-what-counts-as-added.md)).
 - **Deviation**: from the hard cut, all joints; the mean, and the worst joint and frame.
