@@ -116,5 +116,5 @@ def test_what_cannot_be_is_refused_in_one_line(kinestitch, walk, tmp_path, optio
 
 def test_a_clip_too_short_to_loop(kinestitch, walk, tmp_path):
     write(replace(walk, rotations=walk.rotations[:2], translations=walk.translations[:2]), tmp_path / "two.bvh")
-    assert "got 2 frames" in kinestitch("loop", "two.bvh", "-o", "out.bvh").error
+    assert "got 2" in kinestitch("loop", "two.bvh", "-o", "out.bvh").error
     assert "at least 3 frames to loop, got 2" in kinestitch("loop", "two.bvh", "-o", "out.bvh", "--whole").error
