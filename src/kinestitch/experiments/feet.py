@@ -181,8 +181,8 @@ _INTRODUCTION = """# Locked feet on real seams
 Made by `python -m kinestitch.experiments.feet`; no figure on this page is typed in. {seams} random seams a data set
 (seed {seed}), automatic as `stitch` makes them: half of them cuts from one clip into another, half of them the two
 ends of a replacement. *Snapped*: each side of a cut moved by up to {snap:g} s to where the seam is cheapest.
-*Before*: solved. *After*: the same with its feet locked, as [feet.md](feet.md) says. *Clips*: the hard cut
-without its seams.
+*Before*: solved. *After*: the same with its feet locked, as [feet.md](feet.md) says. *Clips*: the hard cut without its
+seams.
 
 - **Slide**: mean speed over the ground of joints that stand, in the contacts that the result keeps.
 - **Skate near the seams**: way over the ground of both feet, weighed by how low they are, within the visible reach of
