@@ -106,6 +106,7 @@ MEASURES = (
     "survived",
     "root_step",
     "skate",
+    "skate_own",
     "stances",
     "hovering",
 )
@@ -168,6 +169,7 @@ def _numbers(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
         bend.survived,
         1000 * root_step(motion, seam.frame),
         _skate(motion, contacts, seam.frame, ()),
+        _own_skate(made, contacts, seam.frame),
         *_support(made, seam),
     ]
 
@@ -178,9 +180,14 @@ def _own(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
     poses = as_motion(made.placed, around.rotations.copy(), around.translations.copy())
     hips = world_pose(poses).positions[:, hips_joint(poses.skeleton)]
     step = max(float(np.linalg.norm(hips[k + 1] - hips[k])) for k in (0, 2))
-    skate = _skate(made.cut, contacts, seam.frame, [place.frame for place in made.placed.seams])
+    skate = _own_skate(made, contacts, seam.frame)
     none = dict.fromkeys(MEASURES, float("nan"))
     return list((none | {"root_step": 1000 * step, "skate": skate}).values())
+
+
+def _own_skate(made: Solved, contacts: Contacts, frame: int) -> float:
+    """What :func:`_skate` is in the clips."""
+    return _skate(made.cut, contacts, frame, [place.frame for place in made.placed.seams])
 
 
 def _skate(motion: Motion, contacts: Contacts, frame: int, leave_out: Sequence[int]) -> float:

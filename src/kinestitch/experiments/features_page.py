@@ -22,6 +22,7 @@ HEADS: Mapping[str, str] = MappingProxyType(
         "survived": "dynamics that survive",
         "root_step": "root step (mm)",
         "skate": "skate in contact (cm/s)",
+        "skate_own": "the same in the clips (cm/s)",
         "stances": "contacts kept (%)",
         "hovering": "without support (s)",
     }
@@ -56,8 +57,8 @@ data set (seed {seed}), the same in every row.
 - *Everything on*: steps aligned, automatic, feet locked.
 
 Everything is measured within {reach:g} s of the seam on each side, but for the dynamics kept, which are measured within
-the visible reach of {smoothing:g} s. A cell has the median and the 95th percentile over the seams; where
-less is worse, the 5th.
+the visible reach of {smoothing:g} s. A cell has the median and the 95th percentile over the seams; where less is worse,
+the 5th.
 
 - **Price**: what the seam costs at a smoothing time of {smoothing:g} s. It belongs to the cut, not to what is made of
   it.
@@ -121,7 +122,7 @@ def _cell(values: Array, measure: str) -> str:
 def met(survey: Survey, cuts: str, row: str) -> Array:
     """Which seams meet each of the `AIMS`: (S, 4) of 1 and 0; NaN for the skate where no foot stands."""
     skate = survey.of(cuts, row, "skate")
-    slides = skate <= survey.of(cuts, SOURCES, "skate") + SLIDE
+    slides = skate <= survey.of(cuts, row, "skate_own") + SLIDE
     return np.stack(
         [
             survey.of(cuts, row, "acceleration") <= ACCELERATION,
