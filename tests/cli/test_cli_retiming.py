@@ -82,6 +82,36 @@ def test_what_align_steps_cannot_do_it_says(steps):
     assert ran.code == 0
 
 
+def test_what_is_as_it_should_be_they_say_once(steps):
+    same = ("--delete", "50:101", "--append", "walk.bvh@50:", "-o", "out.otio")
+    ran = steps("stitch", "walk.bvh", *same, "--align-steps", "0.3")
+    assert ran.err == "note: the steps at seam 1 meet already, to 0° of a stride's 360°; it stays.\n"
+    for words in (("--warp", "0.2"), ("--align-steps", "0.3", "--warp", "0.2")):
+        ran = steps("stitch", "walk.bvh", *same, *words)
+        assert ran.err == "note: the steps at seam 1 meet already; time stays as it is.\n"
+        ran = steps("stitch", "walk.bvh", *words, "-o", "out.otio")
+        assert ran.err == "note: no seam at which steps could meet: the result is one stretch of one clip.\n"
+        ran = steps("stitch", "walk.bvh", "--append", "idle.bvh", *words, "-o", "out.otio")
+        assert ran.err == "note: no steps to align at seam 1: idle makes no steps around frame 0.\n"
+
+
+def test_why_steps_stay_apart(steps):
+    for words in (("--align-steps", "0.3"), ("--warp", "0.2"), ("--align-steps", "0.3", "--warp", "0.2")):
+        ran = steps(*CUT, *words, "--smooth", "0", "-o", "out.otio")
+        assert "note: the steps at seam 1 still differ by" in ran.err
+        assert ran.err.endswith("; hard cuts stay.\n")
+    ran = steps("stitch", "walk.bvh", "--append", "walk.bvh@2:", "--warp", "0.2", "-o", "out.otio")
+    assert ran.err.endswith("; the clips leave no frames to bend time with.\n")
+
+
+def test_steps_at_the_start_of_a_faster_clip_are_found(steps):
+    words = ("stitch", "walk.bvh", "--delete", "55:101", "--append", "run.bvh", "--speed", "2=1.2", "-o", "out.otio")
+    ran = steps(*words, "--align-steps", "0.3", "--warp", "0.2")
+    assert "no steps" not in ran.err
+    assert "note: seam 1 moved" in ran.err
+    assert "note: time bent at seam 1" in ran.err
+
+
 def test_clips_without_feet(clip, kinestitch):
     clip("a.bvh", frames=50, seed=1)
     clip("b.bvh", frames=40, seed=2)

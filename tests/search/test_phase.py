@@ -12,6 +12,7 @@ from kinestitch.core.motion import Motion
 from kinestitch.edit.speed import set_speed
 from kinestitch.errors import ParameterError, SkeletonMismatchError
 from kinestitch.samples import run, walk
+from kinestitch.search.align import phase_gaps
 from kinestitch.search.phase import LONGEST_STEP, SHORTEST_STEP, find_steps, step_phase, strikes
 from kinestitch.solve.contacts import Contacts, legs_of
 from kinestitch.testing import random_motion
@@ -114,6 +115,18 @@ def test_a_retimed_clip_has_its_source_s_phases():
     assert np.allclose(steps.at(line.clips[1], np.arange(50) / 30.0), np.interp(np.arange(50) / 2, range(101), phase))
     assert np.allclose(steps.at(line.clips[0], [-1 / 30]), 2 * phase[0] - phase[1])
     assert np.isnan(steps.at(line.clips[0], [-2 / 30, 4.0])).all()
+
+
+def test_at_the_ends_of_a_fast_clip_its_steps_go_on_for_a_frame_as_it_is_shown():
+    clips = {"walk": ks.sample("walk"), "run": ks.sample("run")}
+    phase = step_phase(clips["run"])
+    line = set_speed(ks.append(ks.timeline(clips, "walk"), "run"), 1, 1.5)
+    early = find_steps(line, clips).at(line.clips[2], [-1 / 60, -2 / 60], 1 / 60)
+    assert early[0] == pytest.approx(phase[0] - 1.5 * (phase[1] - phase[0]))
+    assert np.isnan(early[1])
+    slow = ks.sample("walk", fps=30.0)
+    line = ks.append(ks.timeline({"walk": slow, "run": clips["run"]}, "walk"), "run")
+    assert np.isfinite(phase_gaps(line, find_steps(line, {"walk": slow, "run": clips["run"]}))).all()
 
 
 def test_why_a_clip_has_no_steps():

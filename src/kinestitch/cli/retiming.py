@@ -58,7 +58,7 @@ def time_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Play segment N of the result, counted from 1, at this speed.",
         ),
         click.option(
-            "--keep-length", is_flag=True, help="With --snap, only moves that leave the result as long as it was."
+            "--keep-length", is_flag=True, help="With --snap alone, only moves that leave the result as long as it was."
         ),
     ):
         command = option(command)
@@ -71,11 +71,16 @@ def in_time(opened: Opened, wishes: dict[str, Any], step: Callable[[str], None])
     wishes : the command's options, of which ``speed``, ``align_steps``, ``snap``, ``keep_length`` and ``warp`` count,
     in this order
     """
+    if wishes["keep_length"] and wishes["align_steps"] is not None:
+        raise click.UsageError(
+            "Expected --keep-length without --align-steps, whose moves change the length, got both. Leave out "
+            "--keep-length, or take --snap instead of --align-steps."
+        )
     if wishes["keep_length"] and wishes["snap"] is None:
         raise click.UsageError("Expected --snap with --keep-length, which says how far seams may move.")
-    if wishes["keep_length"] and wishes["align_steps"] is not None:
-        raise click.UsageError("Expected --keep-length without --align-steps, whose moves change the length.")
     opened, notes = _paced(opened, wishes["speed"])
+    if not opened.timeline.seams and (wishes["align_steps"] is not None or wishes["warp"] is not None):
+        return opened, [*notes, "no seam at which steps could meet: the result is one stretch of one clip."]
     if wishes["align_steps"] is not None:
         step("looking for steps")
         opened, told = _aligned(opened, wishes)
@@ -116,13 +121,21 @@ def _aligned(opened: Opened, wishes: dict[str, Any]) -> tuple[Opened, list[str]]
     seconds, warp = wishes["align_steps"], wishes["warp"]
     found = align_phase(opened.timeline, opened.clips, seconds, snap=wishes["snap"])
     notes = move_notes(opened.timeline, found.timeline, found.moves, (found.before, found.after, found.separable))
-    notes += _without_steps(opened, found.gaps_before)
-    for seam, gap in enumerate(found.gaps_after):
-        if warp is None and abs(gap) > TOLERANCE + 1e-9:  # never of NaN
-            hard = found.timeline.seams[seam].lambda_at(found.timeline.fps) == 0
-            why = "hard cuts stay" if hard else f"no nearer place lies within {seconds:g} s"
+    opened = replace(opened, timeline=found.timeline)
+    if warp is not None:  # what bending makes of the seams is told there
+        return opened, notes
+    notes += _without_steps(opened, found.gaps_after)
+    for seam, (move, before, gap) in enumerate(zip(found.moves, found.gaps_before, found.gaps_after, strict=True)):
+        if abs(gap) > TOLERANCE + 1e-9:  # never of NaN
+            why = f"no nearer place lies within {seconds:g} s"
+            if _is_hard(opened, seam):
+                why = "hard cuts stay"
+            elif not math.isfinite(before):
+                why = "where it was cut one side makes none, so that it was only snapped"
             notes.append(f"the steps at seam {seam + 1} still differ by {_degrees(gap)} of a stride's 360°; {why}.")
-    return replace(opened, timeline=found.timeline), notes
+        elif move == (0, 0) and math.isfinite(gap):
+            notes.append(f"the steps at seam {seam + 1} meet already, to {_degrees(gap)} of a stride's 360°; it stays.")
+    return opened, notes
 
 
 def _warped(opened: Opened, bound: float) -> tuple[Opened, list[str]]:
@@ -139,6 +152,11 @@ def _warped(opened: Opened, bound: float) -> tuple[Opened, list[str]]:
                 f"time bent at seam {seam}: {speeds[0]:.4g} × speed before it, {speeds[1]:.4g} × after it, "
                 f"to bridge {_degrees(before)} of a stride{rest}."
             )
+        elif abs(before) < 1e-3:  # never of NaN
+            notes.append(f"the steps at seam {seam} meet already; time stays as it is.")
+        elif math.isfinite(before):
+            why = "hard cuts stay" if _is_hard(opened, seam - 1) else "the clips leave no frames to bend time with"
+            notes.append(f"the steps at seam {seam} still differ by {_degrees(before)} of a stride's 360°; {why}.")
     return replace(opened, timeline=found.timeline), notes
 
 
@@ -160,6 +178,10 @@ def _without_steps(opened: Opened, gaps: tuple[float, ...]) -> list[str]:
                 said.append(f"{segment.clip} makes no steps around frame {place}")
         notes.append(f"no steps to align at seam {seam + 1}: {', '.join(dict.fromkeys(said))}.")
     return notes
+
+
+def _is_hard(opened: Opened, seam: int) -> bool:
+    return opened.timeline.seams[seam].lambda_at(opened.timeline.fps) == 0
 
 
 def _phase_at(opened: Opened, clip: str, place: int, steps: Steps) -> float:

@@ -109,7 +109,7 @@ def phase_gaps(timeline: Timeline, steps: Steps) -> tuple[float, ...]:
 def place_phases(timeline: Timeline, clip: str, places: Places, steps: Steps) -> Array:
     """The phase in rad at the places from the first to the last, each between the frame before it and its own."""
     frames = np.arange(places[0] - 1, places[1] + 1)
-    phases = steps.at(timeline.clip(clip), frames / timeline.fps)
+    phases = steps.at(timeline.clip(clip), frames / timeline.fps, 1.0 / timeline.fps)
     return np.asarray((phases[:-1] + phases[1:]) / 2)
 
 

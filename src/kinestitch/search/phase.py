@@ -24,6 +24,7 @@ SHORTEST_STEP, LONGEST_STEP = 0.2, 1.2
 """s from one foot's strike to the other's; closer ones are a landing on both feet, and end the steps."""
 
 _LIFT = 0.15  # s; a foot that is off the ground for less has made no step
+_ON_FRAME = 1e-6  # frames
 
 Strike = tuple[int, int]
 """The frame in which a foot begins to stand, and which foot: 0 the left one, 1 the right one."""
@@ -128,20 +129,21 @@ class Steps:
     phases: Mapping[str, Array]
     missing: Mapping[str, str]
 
-    def at(self, info: ClipInfo, times: ArrayLike) -> Array:
+    def at(self, info: ClipInfo, times: ArrayLike, frame: float = 0.0) -> Array:
         """The phase in rad at these times in s of a clip, NaN where it makes no steps; up to a frame beyond the ends of
         its source the phase goes on.
+
+        frame : s, how long a frame lasts where the clip is shown, if that is longer than its own
         """
         times = np.asarray(times, dtype=np.float64)
-        if info.retiming is not None:
-            times = time_map(info.retiming.knots, times)
-        return self.at_source(info, times)
-
-    def at_source(self, info: ClipInfo, times: Array) -> Array:
-        """The same at these times in s of the clip's source."""
         if info.source not in self.phases:
             return np.full(np.shape(times), np.nan)
-        return _between_frames(self.phases[info.source], times * info.fps)
+        if info.retiming is not None:
+            end = info.retiming.knots[-1][0]
+            shown = time_map(info.retiming.knots, [-frame, 0.0, end, end + frame])
+            frame = max(shown[1] - shown[0], shown[3] - shown[2])
+            times = time_map(info.retiming.knots, times)
+        return _between_frames(self.phases[info.source], times * info.fps, max(1.0, frame * info.fps))
 
 
 def find_steps(timeline: Timeline, clips: Mapping[str, Motion]) -> Steps:
@@ -162,9 +164,13 @@ def find_steps(timeline: Timeline, clips: Mapping[str, Motion]) -> Steps:
     return Steps(phases, missing)
 
 
-def _between_frames(phases: Array, positions: Array) -> Array:
-    """Phases at places that may lie between two frames, and up to a frame beyond the first and the last."""
+def _between_frames(phases: Array, positions: Array, beyond: float) -> Array:
+    """Phases at places that may lie between two frames, and up to so many frames beyond the first and the last."""
     if len(phases) < 2:
         return np.full(np.shape(positions), np.nan)
-    longer = np.concatenate([[2 * phases[0] - phases[1]], phases, [2 * phases[-1] - phases[-2]]])
-    return np.interp(positions, np.arange(-1, len(phases) + 1), longer, left=np.nan, right=np.nan)
+    last = len(phases) - 1
+    early, late = np.minimum(positions, 0.0), np.maximum(positions - last, 0.0)
+    found = np.interp(positions, np.arange(len(phases)), phases)
+    found = np.where(early < 0.0, phases[0] + early * (phases[1] - phases[0]), found)
+    found = np.where(late > 0.0, phases[-1] + late * (phases[-1] - phases[-2]), found)
+    return np.where(late - early <= beyond + _ON_FRAME, found, np.nan)

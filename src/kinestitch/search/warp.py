@@ -130,7 +130,8 @@ def _gap(timeline: Timeline, seam: int, steps: Steps, pair: tuple[_Bend, _Bend])
     total = 0.0
     for sign, bend, segment in zip((-1.0, 1.0), pair, timeline.segments[seam : seam + 2], strict=True):
         times = bend.at + np.array([-0.5, 0.5]) / timeline.fps
-        total += sign * float(steps.at(timeline.clip(segment.clip), times + bend.shift(times)).mean())
+        phases = steps.at(timeline.clip(segment.clip), times + bend.shift(times), 1.0 / timeline.fps)
+        total += sign * float(phases.mean())
     return total
 
 
