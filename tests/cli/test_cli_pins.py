@@ -60,7 +60,8 @@ def test_the_way_back(kinestitch):
 def test_a_document_holds_pins(kinestitch):
     words = ("--replace", "42:65", "kick.bvh@15:56", "--pin", "LeftHand@100=0.3,1.3,1.95:2", "--return", "0.5")
     ran = kinestitch("stitch", "walk.bvh", *words, "-o", "edit.otio")
-    assert (ran.code, ran.err) == (0, "")
+    assert ran.code == 0
+    assert ran.err == "note: whether pins can be met, and what they do to the steps, is told when the edit is solved.\n"
     pins = load_document("edit.otio").timeline.pins
     assert [str(pin) for pin in pins] == ["return@98", "LeftHand@100=0.3,1.3,1.95:2"]
     told = kinestitch("info", "edit.otio").out
@@ -111,6 +112,31 @@ def test_refusals_are_one_line(kinestitch, words, told):
 def test_an_unknown_joint_is_told_before_a_document_is_saved(kinestitch):
     assert "'Tail'" in kinestitch("stitch", "walk.bvh", "--pin", "Tail@10=1,2,3", "-o", "edit.otio").error
     assert not Path("edit.otio").exists()
+
+
+def test_a_pin_behind_the_return_is_told_when_an_edit_is_saved_and_when_it_is_solved(kinestitch):
+    words = ("--insert", "40", "kick.bvh@15:56", "--return", "1", "--pin", "heading@130=40")
+    saved = kinestitch("stitch", "walk.bvh", *words, "-o", "edit.otio")
+    told = "warning: return@111 leads back to the original path, and heading@130=40 behind it away from it again."
+    assert saved.err.startswith(told)
+    assert saved.err.count("warning:") == 1
+    for ran in (
+        kinestitch("stitch", "walk.bvh", *words, "-o", "out.bvh"),
+        kinestitch("stitch", "edit.otio", "-o", "two.bvh"),
+        kinestitch("stitch", "walk.bvh", *words, "-o", "more.otio", "--report", "r.json"),
+    ):
+        assert ran.code == 0
+        assert ran.err.count(told) == 1
+        assert "note:" not in ran.err
+
+
+def test_a_root_pin_far_away_is_a_warning(kinestitch):
+    ran = kinestitch("stitch", "walk.bvh", "--pin", "root@60=900,-5,3", "-o", "out.bvh")
+    assert ran.code == 0
+    assert [line.split(" ")[:3] for line in ran.err.splitlines()] == [
+        ["warning:", "The", "way"],
+        ["warning:", "root@60=900,-5,3", "sinks"],
+    ]
 
 
 def test_long_steps_are_a_warning(kinestitch):

@@ -220,7 +220,7 @@ def test_a_turned_world_gives_the_same_motion_turned(yaw, shift, which):
         ),
         ([Pin("waypoint", 10, (3.0, 3.0))], r"travels 4.\d+ m .* before waypoint@10.*root pin"),
         ([Pin("waypoint", 100, (0.0, 2.0)), Pin("waypoint", 103, (0.0, 1.9))], r"walk can be bent through"),
-        ([Pin("root", 80, (0, 0, 2.0), smoothing=1000.0)], "stiffness"),
+        ([Pin("root", 80, (0, 0, 2.0), smoothing=1000.0)], "smoothing time from 0 to 16.7 s at 60 fps, got 1000 s"),
     ],
 )
 @pytest.mark.filterwarnings("ignore::kinestitch.errors.KinestitchWarning")
@@ -242,6 +242,29 @@ def test_a_weighted_place_out_of_reach_is_approached():
 def test_steps_that_become_much_longer_are_told():
     with pytest.warns(KinestitchWarning, match=r"Steps before waypoint@200=0,5.9 become 1.\d\d times as long"):
         with_pins(Pin("waypoint", LAST, (0.0, 5.9)))
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ((900.0, 0.0, 3.0), r"way to root@120=900,0,3 is 900 m in 2 s, where the body itself goes 2.5\d m"),
+        ((0.0, 0.0, 1.0), r"way to root@120=0,0,1 is 1.\d+ m in 2 s"),
+        ((0.0, -5.0, 2.5), r"root@120=0,-5,2.5 sinks the body by 5 m, more than the 0.86 m from ankles to hips"),
+        ((0.0, 0.9, 2.5), r"root@120=0,0.9,2.5 lifts the body by 0.9 m"),
+    ],
+)
+def test_a_root_pin_that_asks_for_too_much_is_told(target, words):
+    with pytest.warns(KinestitchWarning, match=words) as told:
+        with_pins(Pin("root", 120, target))
+    assert len(told) == 1
+
+
+@pytest.mark.filterwarnings("error")
+def test_root_pins_within_measure_are_not():
+    with_pins(Pin("root", 0, (900.0, 0.0, 3.0)))
+    with_pins(Pin("root", 60, (0.2, 0.8, 0.8)), Pin("root", 120, (0.0, 0.0, 2.4)))
+    clips = {"idle": sample("idle")}
+    with_pins(Pin("root", 240, (0.4, 0.0, 0.0)), clips=clips, base=timeline(clips, "idle"))
 
 
 def test_seams_are_solved_first_and_pins_change_none_of_what_they_do_to_joints():

@@ -96,7 +96,7 @@ def test_a_rig_without_feet_is_bent_all_the_same():
 
     clips = cast(1, frames=60)
     base = line([("a", 0, 60)], clips)
-    pinned = replace(base, pins=(Pin("root", 50, (1.0, 0.0, 0.5)),))
+    pinned = replace(base, pins=(Pin("root", 50, (0.2, 0.0, 0.1)),))
     found = solve_timeline(pinned, clips, foot_lock=True)
-    assert np.allclose(world_pose(found.motion).positions[50, 0, [0, 2]], [1.0, 0.5])
+    assert np.allclose(world_pose(found.motion).positions[50, 0, [0, 2]], [0.2, 0.1])
     assert found.contacts is None

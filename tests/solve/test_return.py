@@ -15,7 +15,7 @@ from kinestitch.core.kinematics import turn_about_up, world_pose
 from kinestitch.edit.operations import append, insert
 from kinestitch.edit.operations import replace as paste
 from kinestitch.edit.pinning import come_back
-from kinestitch.edit.pins import Pin
+from kinestitch.edit.pins import Pin, away_again
 from kinestitch.edit.timeline import Seam, timeline
 from kinestitch.errors import KinestitchWarning
 from kinestitch.rig.root_motion import extract_root
@@ -66,6 +66,18 @@ def test_the_way_back_is_smooth():
 def test_a_hasty_way_back_is_told():
     with pytest.warns(KinestitchWarning, match=r"way back to the original path is 1.\d\d m in 0.3 s"):
         stitch(come_back(LINE, 0.3), CLIPS)
+
+
+def test_a_pin_behind_the_return_is_told():
+    line = come_back(LINE, 0.8)
+    frame = line.pins[0].frame
+    for pin in (Pin("waypoint", frame + 20, (0.3, 4.3)), Pin("heading", frame + 20, (0.3,))):
+        words = rf"return@{frame} leads back to the original path, and {pin.kind}@{frame + 20}=.* away from it again"
+        with pytest.warns(KinestitchWarning, match=words):
+            stitch(replace(line, pins=(*line.pins, pin)), CLIPS)
+    for pin in (Pin("heading", frame - 20, (0.3,)), Pin("rotation", frame + 20, (0.0, 0.0, 0.6, 0.8), "LeftArm")):
+        assert away_again(replace(line, pins=(*line.pins, pin)).pins) == ""
+    assert away_again((Pin("heading", 20, (0.3,)),)) == ""
 
 
 def test_what_comes_after_a_return_rides_along_and_may_come_back_again():

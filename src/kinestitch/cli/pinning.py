@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from kinestitch.cli.failures import tell
 from kinestitch.cli.inputs import Opened
 from kinestitch.cli.options import NOT_NEGATIVE
 from kinestitch.errors import ParameterError
 
 if TYPE_CHECKING:
-    from kinestitch.edit import Pin
+    from kinestitch.edit import Pin, Timeline
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -67,6 +68,21 @@ def pin_options(command: Command) -> Command:
     ):
         command = option(command)
     return command
+
+
+def tell_unsolved(timeline: Timeline) -> None:
+    """What can be told of an edit's seams and pins before it is solved; raises ParameterError for seams that cannot be
+    solved at all.
+    """
+    from kinestitch.edit import away_again
+    from kinestitch.solve.seam import stiffness_at
+
+    for seam in timeline.seams:
+        stiffness_at(seam, timeline.fps)
+    if away := away_again(timeline.pins):
+        tell("warning", away)
+    if timeline.pins:
+        tell("note", "whether pins can be met, and what they do to the steps, is told when the edit is solved.")
 
 
 def with_pins(opened: Opened, pins: Sequence[Pin], seconds: float | None) -> Opened:

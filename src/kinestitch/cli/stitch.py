@@ -23,7 +23,7 @@ from kinestitch.cli.options import (
     in_order,
 )
 from kinestitch.cli.outputs import check_output, check_suffix
-from kinestitch.cli.pinning import pin_options, with_pins
+from kinestitch.cli.pinning import pin_options, tell_unsolved, with_pins
 from kinestitch.cli.retiming import in_time, time_options
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def stitch(
         for note in notes:
             tell("note", note)
         if is_document(output):
-            _save(opened, output)
+            _save(opened, output, unsolved=report is None)
         if is_document(output) and report is None:
             solved, numbers = None, None
         else:
@@ -256,9 +256,12 @@ def _edit(kind: Any, value: Any, key: str | None, frames: int) -> Edit:
     return Edit(kind, start, stop, key, *(reference[1:] if reference else ()))
 
 
-def _save(opened: Opened, output: str) -> None:
+def _save(opened: Opened, output: str, *, unsolved: bool) -> None:
+    """unsolved : whether nobody else will tell of pins and seams"""
     from kinestitch.edit import save_document
 
+    if unsolved:
+        tell_unsolved(opened.timeline)
     known = {info.key for info in opened.timeline.clips}
     save_document(opened.timeline, output, sources={k: v for k, v in opened.sources.items() if k in known})
 

@@ -14,7 +14,7 @@ from kinestitch.edit.operations import (
     trim,
 )
 from kinestitch.edit.pinning import add_pin, come_back, remove_pin
-from kinestitch.edit.pins import Pin, parse_pin, parse_waypoint
+from kinestitch.edit.pins import Pin, away_again, parse_pin, parse_waypoint
 from kinestitch.edit.retiming import Retiming
 from kinestitch.edit.script import Edit, apply_edits, parse_range, parse_source
 from kinestitch.edit.speed import set_speed
@@ -37,6 +37,7 @@ __all__ = [
     "add_pin",
     "append",
     "apply_edits",
+    "away_again",
     "come_back",
     "commit",
     "delete",

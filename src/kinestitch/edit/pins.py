@@ -123,6 +123,24 @@ def check_pins(pins: Sequence[Pin], frames: int) -> None:
                 raise ParameterError(f"Expected one pin for the {what[0]} in frame {pin.frame}, got {other} and {pin}.")
 
 
+def away_again(pins: Sequence[Pin]) -> str:
+    """A sentence where a pin leads the body away from the path that the last return has led it back to; empty where
+    none does.
+
+    pins : in the order of their frames
+    """
+    home = next((pin for pin in reversed(pins) if pin.kind == "return"), None)
+    if home is None:
+        return ""
+    behind = [pin for pin in pins if pin.frame > home.frame and pin.kind in ("root", "heading", "waypoint")]
+    if not behind:
+        return ""
+    return (
+        f"{home} leads back to the original path, and {behind[0]} behind it away from it again. Put the pin on a frame "
+        f"before {home.frame}, or leave one of them out."
+    )
+
+
 def sorted_pins(pins: Sequence[Pin]) -> tuple[Pin, ...]:
     """In the order of their frames, so that timelines with the same pins are equal."""
     return tuple(sorted(pins, key=lambda pin: (pin.frame, KINDS.index(pin.kind), pin.joint or "")))

@@ -16,6 +16,7 @@ from kinestitch.search.features import column_scales, place_features
 from kinestitch.search.price import check_weights, squared_distances
 from kinestitch.search.standing import standing_columns, standing_feet
 from kinestitch.solve.loop import SHORTEST, around_seam, repeats_first_pose
+from kinestitch.solve.seam import stiffness_at
 
 _ALIKE, _NOTHING = 1.3, 1e-3  # of the least cost, and in its unit: among cycles so much alike the longest is taken
 _BLOCK = 512  # rows of the map of costs that are there at a time
@@ -61,7 +62,7 @@ def best_cycle(
     >>> best_cycle(walk).frames, best_cycle(walk, shortest=1.0, longest=1.9).frames
     (200, 67)
     """
-    value = Seam(stiffness, smoothing).lambda_at(motion.fps)
+    value = stiffness_at(Seam(stiffness, smoothing), motion.fps)
     fewest, most = _lengths(motion, shortest, longest)
     ends = _whole(motion)
     out, into, around = _features(motion, ends, value, weights, contacts)
@@ -85,7 +86,7 @@ def whole_cycle(
 ) -> Cycle:
     """All frames of a clip, or all but the last where that is the first one over again or costs less."""
     ends = _whole(motion)
-    _, _, costs = _features(motion, ends, Seam(stiffness, smoothing).lambda_at(motion.fps), weights, contacts)
+    _, _, costs = _features(motion, ends, stiffness_at(Seam(stiffness, smoothing), motion.fps), weights, contacts)
     best = int(np.argmin(costs))
     return Cycle(ends[best].start, ends[best].stop, float(costs[best]))
 

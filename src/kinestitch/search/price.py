@@ -25,7 +25,7 @@ from kinestitch.search.standing import both_standing, standing_columns
 from kinestitch.solve.contacts import Mask
 from kinestitch.solve.energy import joint_shares, priced_joints
 from kinestitch.solve.placed import place_timeline
-from kinestitch.solve.seam import visible_reach
+from kinestitch.solve.seam import stiffness_at, visible_reach
 
 Places = tuple[int, int]
 """First and last place of a window, both included."""
@@ -131,7 +131,7 @@ def price_map(
 
     Raises SkeletonMismatchError, ParameterError.
     """
-    stiff = Seam(stiffness, smoothing).lambda_at(a.fps)
+    stiff = stiffness_at(Seam(stiffness, smoothing), a.fps)
     b = resample(fit_motion(b, a, b.name or "b"), a.fps)
     first, second = place_features([a, b], stiff)
     chosen = check_weights(a.skeleton, weights)

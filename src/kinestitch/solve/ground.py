@@ -7,6 +7,7 @@ return bends the way so that behind it nothing has to be moved at all.
 from __future__ import annotations
 
 import math
+import warnings
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,10 +18,10 @@ from numpy.typing import NDArray
 from kinestitch.core.kinematics import heading, rest_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_about_axis, quat_conjugate, quat_multiply, quat_normalize, quat_rotate
-from kinestitch.edit.pins import Pin
-from kinestitch.errors import ParameterError
+from kinestitch.edit.pins import Pin, away_again
+from kinestitch.errors import KinestitchWarning, ParameterError
 from kinestitch.rig.carrier import world_of
-from kinestitch.rig.hips import hips_joint
+from kinestitch.rig.hips import hip_height, hips_joint
 from kinestitch.solve.bend import Complex
 from kinestitch.solve.joint_pins import correction_of
 from kinestitch.solve.placed import Placed
@@ -63,6 +64,8 @@ def ground_move(motion: Motion, placed: Placed, pins: Sequence[Pin]) -> GroundMo
 
     Raises ParameterError for pins that cannot be met.
     """
+    if away := away_again(pins):
+        warnings.warn(KinestitchWarning(away), stacklevel=2)
     hips = hips_joint(motion.skeleton)
     position, rotation = world_of(motion, hips)
     origin = position[:, 2] + 1j * position[:, 0]
@@ -76,7 +79,22 @@ def ground_move(motion: Motion, placed: Placed, pins: Sequence[Pin]) -> GroundMo
     lift = np.zeros((motion.frames, 1))
     if heights.any():
         lift = correction_of(roots, heights, motion.frames, motion.fps, RISING)
+        _tell_lift(roots, lift[:, 0], hip_height(motion.skeleton))
     return GroundMove(way.yaw, origin, way.place, lift[:, 0])
+
+
+def _tell_lift(roots: Sequence[Pin], lift: Array, most: float) -> None:
+    for pin in roots:
+        up = float(lift[pin.frame])
+        word = "lifts" if up > 0 else "sinks"
+        if abs(up) > most:
+            warnings.warn(
+                KinestitchWarning(
+                    f"{pin} {word} the body by {abs(up):.3g} m, more than the {most:.2g} m from "
+                    "ankles to hips. The middle number is how much higher than solved it stands; 0 leaves its height."
+                ),
+                stacklevel=2,
+            )
 
 
 def _home(placed: Placed, pin: Pin, origin: Complex) -> Home:

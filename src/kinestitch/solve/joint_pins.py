@@ -26,7 +26,7 @@ from kinestitch.core.rotation import (
 from kinestitch.edit.pins import Pin
 from kinestitch.errors import ParameterError
 from kinestitch.solve.chart import OVERTURN
-from kinestitch.solve.laplacian import check_stiffness
+from kinestitch.solve.laplacian import check_smoothing
 from kinestitch.solve.pinned import Frames, pinned_correction
 from kinestitch.solve.seam import Cluster, SeamPlace, cluster_rows, clusters, visible_reach
 
@@ -50,9 +50,9 @@ def pin_windows(pins: Sequence[Pin], frames: int, fps: float, own: float) -> tup
     """
     places = []
     for number, pin in enumerate(pins):
-        stiffness = ((own if pin.smoothing is None else pin.smoothing) * fps) ** 4
-        check_stiffness(stiffness)
-        places.append(SeamPlace(number, pin.frame, stiffness))
+        seconds = own if pin.smoothing is None else pin.smoothing
+        check_smoothing(seconds, fps)
+        places.append(SeamPlace(number, pin.frame, (seconds * fps) ** 4))
     return clusters(places, frames)
 
 

@@ -55,6 +55,15 @@ def check_stiffness(values: ArrayLike) -> None:
         )
 
 
+def check_smoothing(seconds: float, fps: float) -> None:
+    """Raise ParameterError for a smoothing time in s whose λ = (seconds · fps)⁴ is above ``MAX_STIFFNESS``."""
+    longest = MAX_STIFFNESS**0.25 / fps
+    if not 0 <= seconds <= longest * (1 + 1e-9):
+        raise ParameterError(
+            f"Expected a smoothing time from 0 to {longest:.3g} s at {fps:g} fps, got {seconds:g} s. Try 0.1 to 0.5 s."
+        )
+
+
 def row_stiffness(stiffness: ArrayLike, frames: int) -> Array:
     """Λ per row (F,), zero at the ends; `stiffness` is one λ or (F,) of them. Raises ParameterError if negative or
     not finite.

@@ -22,10 +22,9 @@ from kinestitch.rig.carrier import carrier_joint, with_local_carrier, with_world
 from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.chart import Charted, centred_chart, mid_tangent, solve_rotations
 from kinestitch.solve.contacts import Contacts
-from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.periodic import loop_curves, loop_interval_curves
 from kinestitch.solve.root import GROUND, Placement, chain_rotation, residual_rows
-from kinestitch.solve.seam import Cluster, SeamPlace
+from kinestitch.solve.seam import Cluster, SeamPlace, stiffness_at
 from kinestitch.solve.weld import Welded, turned, weld
 
 SHORTEST = 3
@@ -93,8 +92,7 @@ def solve_loop(
 ) -> Looped:
     """Like :func:`loop`, with the cycle before it was solved beside the result, for those who measure."""
     span = _span(motion, start, stop)
-    value = Seam(stiffness, smoothing).lambda_at(motion.fps)
-    check_stiffness(value)
+    value = stiffness_at(Seam(stiffness, smoothing), motion.fps)
     carrier = loop_carrier(_part(motion, slice(span.start, span.stop)))
     told = with_world_carrier(motion, carrier)
     welded = weld(told, span, carrier)

@@ -22,9 +22,8 @@ from kinestitch.errors import MissingClipError, RangeError
 from kinestitch.rig.carrier import carrier_joint, with_world_carrier
 from kinestitch.rig.fit import fit_motion
 from kinestitch.rig.hips import hips_joint
-from kinestitch.solve.laplacian import check_stiffness
 from kinestitch.solve.root import Placement, continue_placement
-from kinestitch.solve.seam import SeamPlace
+from kinestitch.solve.seam import SeamPlace, stiffness_at
 
 _AROUND = (-1, 0)
 
@@ -151,9 +150,7 @@ def _places(timeline: Timeline, starts: tuple[int, ...]) -> tuple[SeamPlace, ...
     places = []
     for index, seam in enumerate(timeline.seams):
         if not _continuous(timeline, index):
-            stiffness = seam.lambda_at(timeline.fps)
-            check_stiffness(stiffness)
-            places.append(SeamPlace(index, starts[index + 1], stiffness))
+            places.append(SeamPlace(index, starts[index + 1], stiffness_at(seam, timeline.fps)))
     return tuple(places)
 
 

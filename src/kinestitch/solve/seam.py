@@ -19,7 +19,23 @@ from itertools import pairwise
 import numpy as np
 
 from kinestitch.core.rotation import Array
-from kinestitch.solve.laplacian import normal_bands, solve_bands, transposed_second_difference
+from kinestitch.edit.timeline import Seam
+from kinestitch.solve.laplacian import (
+    check_smoothing,
+    check_stiffness,
+    normal_bands,
+    solve_bands,
+    transposed_second_difference,
+)
+
+
+def stiffness_at(seam: Seam, fps: float) -> float:
+    """The λ of a seam at this rate; raises ParameterError where it, or the smoothing time, is too large to solve."""
+    if seam.smoothing is not None:
+        check_smoothing(seam.smoothing, fps)
+    stiffness = seam.lambda_at(fps)
+    check_stiffness(stiffness)
+    return stiffness
 
 
 def seam_reach(stiffness: float) -> int:

@@ -16,7 +16,7 @@ from kinestitch.core.rotation import Array
 from kinestitch.edit.pins import Pin
 from kinestitch.errors import KinestitchWarning, ParameterError
 from kinestitch.solve.bend import Aim, Complex, bend, bent_path, between
-from kinestitch.solve.laplacian import check_stiffness
+from kinestitch.solve.laplacian import check_smoothing
 from kinestitch.solve.pinned import nearest, path_rows, pinned_path
 
 BENDING, SHIFTING = 0.3, 0.25
@@ -25,6 +25,10 @@ BENDING, SHIFTING = 0.3, 0.25
 LEAST, MOST = 0.7, 1.3
 """Mean length of the steps before a waypoint, as a share of their own, outside which a warning is given."""
 
+SHORTER, LONGER = 0.5, 1.5
+"""Length of the way to a root pin, as a share of its own, outside which a warning is given; feet stand in between."""
+
+_MOVED, _DRIFT = 0.5, 0.2  # m, and m/s: what the way to a root pin may be longer or shorter without a word
 _BEYOND = 3.0  # times the way that the body travels, from which a waypoint is no bend any more
 _FREE = 0.1  # m that a way back may be longer or shorter without a word
 _BACK = 6.0  # a way back changes its direction and speed over this share of its time at most
@@ -162,7 +166,7 @@ def _smoothing(count: int, start: int, pins: Sequence[Pin], own: float, fps: flo
     if not pins:
         return np.full(count, own)
     times = np.array([own if pin.smoothing is None else pin.smoothing for pin in pins])
-    check_stiffness((times * fps) ** 4)
+    check_smoothing(float(times.max()), fps)
     return nearest(count, np.array([pin.frame - start for pin in pins]), times)
 
 
@@ -229,4 +233,22 @@ def _shifted(way: Way, stretch: Stretch, pins: list[Pin], fps: float) -> Way:
     bands = path_rows(rows, started=start > 0)
     change = pinned_path(bands, at - start, np.stack([gaps.real, gaps.imag], axis=1), np.array(weights))
     place = way.place[start : frames[-1] + 1] + change[:, 0] + 1j * change[:, 1]
+    _tell_moved(way.place[start : frames[-1] + 1], place, start, pins, fps)
     return way.moved(start, place, np.zeros(len(place)))
+
+
+def _tell_moved(before: Complex, after: Complex, start: int, pins: Sequence[Pin], fps: float) -> None:
+    frame = 0
+    for pin in pins:
+        here = slice(frame, pin.frame - start + 1)
+        own, new = (float(np.abs(np.diff(path[here])).sum()) for path in (before, after))
+        seconds = (here.stop - frame - 1) / fps
+        if abs(new - own) > min(_MOVED, _DRIFT * seconds) and not SHORTER * own <= new <= LONGER * own:
+            warnings.warn(
+                KinestitchWarning(
+                    f"The way to {pin} is {new:.3g} m in {seconds:.3g} s, where the body itself goes {own:.3g} m. Move "
+                    "the pin, or give it another frame."
+                ),
+                stacklevel=2,
+            )
+        frame = here.stop - 1
