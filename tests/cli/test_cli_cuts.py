@@ -79,12 +79,24 @@ def test_the_map(two, suffix):
         (["a.bvh", "b.bvh", "--smooth", "1", "--lambda", "1"], "got both"),
         (["a.bvh", "b.bvh", "--lambda", "0"], "λ > 0"),
         (["a.bvh@10:80", "b.bvh"], "within 0:50"),
+        (["a.bvh@10:10", "b.bvh"], "got 10:10. Let its stop come after its start"),
         (["a.bvh", "edit.otio"], "got an edit"),
         (["a.bvh", "c.bvh"], "c.bvh"),
     ],
 )
 def test_refusals(two, words, said):
     assert said in two("cuts", *words).error
+
+
+@pytest.mark.parametrize("frames", [1, 3])
+def test_a_clip_too_short_to_cut(two, clip, frames):
+    clip("tiny.bvh", frames=frames, seed=3)
+    for words in (("tiny.bvh", "a.bvh"), ("a.bvh", "tiny.bvh")):
+        error = two("cuts", *words).error
+        assert f"at least 4 frames to look for cuts in, got {frames} frame" in error
+        assert error.endswith("(tiny.bvh)")
+    clip("small.bvh", frames=4, seed=3)
+    assert two("cuts", "small.bvh", "a.bvh").code == 0
 
 
 def test_snap_says_what_it_moved(two):
@@ -105,8 +117,9 @@ def test_snap_that_keeps_the_length(two):
     assert "moved:" in ran.err
     assert "it is as long as before." in ran.err
     assert "--snap with --keep-length" in two(*words, "--keep-length", "-o", "no.bvh").error
-    both = two(*words, "--snap", 0.3, "--align-steps", 0.3, "--keep-length", "-o", "no.bvh")
-    assert "without --align-steps" in both.error
+    for snap in ((), ("--snap", 0.3)):
+        both = two(*words, *snap, "--align-steps", 0.3, "--keep-length", "-o", "no.bvh")
+        assert "Leave out --keep-length, or take --snap instead of --align-steps." in both.error
 
 
 def test_snap_goes_into_the_document(two):

@@ -77,6 +77,22 @@ def test_bars_say_when_the_feet_stand(kinestitch):
                     assert (mark == "█") is all(stands)
 
 
+@pytest.mark.usefixtures("walker")
+def test_what_is_not_done_is_not_told(kinestitch):
+    words = ("stitch", "walk.bvh", "--replace", "42:65", "kick.bvh@15:56", "-o", "out.bvh")
+    locked = kinestitch(*words).out
+    assert "smooth s" in locked
+    assert "█ stands, ░ stood in its clip and steps instead." in locked
+    free = kinestitch(*words, "--no-foot-lock").out
+    assert "smooth s" in free
+    assert "░" not in free
+    assert "█ stands." in free
+    cut = kinestitch(*words, "--method", "cut").out
+    assert "smooth s" not in cut
+    assert "░" not in cut
+    assert "hips step cm" in cut
+
+
 def test_there_are_no_bars_without_feet(kinestitch, clip):
     clip("walk.bvh", frames=80)
     clip("kick.bvh", frames=60, seed=1)

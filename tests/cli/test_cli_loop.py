@@ -103,6 +103,8 @@ def test_a_hard_cut_and_a_rig_without_feet(kinestitch, clip, tmp_path):
         (("--whole", "--shortest", 1), "Expected no --shortest or --longest with --whole"),
         (("--frames", "3:900"), "of the clip's 85 frames, got 3:900"),
         (("--frames", "3:4"), "at least 2 of the clip's"),
+        (("--shortest", 2, "--longest", 1), "shortest length of at most the longest, 1 s, got 2 s. Swap them."),
+        (("--longest", 0.5), "may count. Give a shortest length as well; it is half of the clip otherwise."),
         (("--shortest", 20), "cycle of 600 frames or more, got 85 frames"),
         (("--report", "walk.bvh"), "got an input"),
         (("--report", "out.bvh"), "got one twice"),

@@ -65,9 +65,11 @@ def test_a_document_holds_pins(kinestitch):
     pins = load_document("edit.otio").timeline.pins
     assert [str(pin) for pin in pins] == ["return@98", "LeftHand@100=0.3,1.3,1.95:2"]
     told = kinestitch("info", "edit.otio").out
-    assert "return@98" in told
+    assert "return@98: from there on walk is where it was before the edit, after a way back of 0.5 s" in told
     assert "LeftHand@100=0.3,1.3,1.95:2" in told
-    assert json.loads(kinestitch("info", "edit.otio", "--json").out)[0]["pins"] == [str(pin) for pin in pins]
+    facts = json.loads(kinestitch("info", "edit.otio", "--json").out)[0]
+    assert facts["pins"] == [str(pin) for pin in pins]
+    assert facts["returns"] == [{"frame": 98, "clip": "walk", "seconds": 0.5}]
     assert kinestitch("stitch", "edit.otio", "--waypoint", "20=0.1,0.8", "-o", "more.bvh").code == 0
     assert joint(read("more.bvh"), 20, "Hips")[[0, 2]] == pytest.approx([0.1, 0.8], abs=1e-5)
 

@@ -69,9 +69,9 @@ def test_a_hasty_way_back_is_told():
 
 
 def test_a_pin_behind_the_return_is_told():
-    line = come_back(LINE, 0.8)
+    line = come_back(insert(timeline(CLIPS, "walk"), 60, "kick", 30, 112), 1.5)
     frame = line.pins[0].frame
-    for pin in (Pin("waypoint", frame + 20, (0.3, 4.3)), Pin("heading", frame + 20, (0.3,))):
+    for pin in (Pin("waypoint", frame + 20, (0.1, 3.55)), Pin("heading", frame + 20, (0.3,))):
         words = rf"return@{frame} leads back to the original path, and {pin.kind}@{frame + 20}=.* away from it again"
         with pytest.warns(KinestitchWarning, match=words):
             stitch(replace(line, pins=(*line.pins, pin)), CLIPS)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinestitch.cli.console import console, progress
+from kinestitch.cli.console import console, counted, progress
 from kinestitch.cli.inputs import is_document, read_clip
 from kinestitch.cli.options import CLIP, FILE, NOT_NEGATIVE
 from kinestitch.cli.outputs import check_output, refuse_suffix
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from kinestitch.solve.contacts import Mask
 
 Named = tuple[str, int | None, int | None]
+
+FEWEST = 4
+"""Frames of a clip in which cuts are looked for: the half of them that stays at least still has a velocity."""
 
 
 @click.command(no_args_is_help=True, short_help="List the cheapest cuts from one clip into another.")
@@ -94,8 +97,17 @@ def _check(
 
 
 def _read(path: str, step: Any) -> Motion:
+    """A clip to cut; raises RangeError for one too short to have a movement that could go on."""
+    from kinestitch.errors import RangeError
+
     step(f"reading {Path(path).name}")
-    return read_clip(path)
+    motion = read_clip(path)
+    if motion.frames < FEWEST:
+        raise RangeError(
+            f"Expected a clip of at least {FEWEST} frames to look for cuts in, got "
+            f"{counted(motion.frames, 'frame')}. Choose a longer clip. ({path})"
+        )
+    return motion
 
 
 def _window(named: Named, own: Motion, told: Motion, *, last: bool) -> Places | None:

@@ -54,8 +54,19 @@ class SourceFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class ReturnFacts:
+    """From `frame` of the result on, `clip` is where it was before the edit; seconds : how long the way there takes."""
+
+    frame: int
+    clip: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
 class EditFacts:
-    """What is told of one edit document. duration : s from the first frame to the last; pins : as on a command line"""
+    """What is told of one edit document. duration : s from the first frame to the last; pins : as on a command line;
+    returns : more of those pins that are one
+    """
 
     file: str
     format: str
@@ -66,6 +77,7 @@ class EditFacts:
     seams: tuple[SeamFacts, ...]
     sources: tuple[SourceFacts, ...]
     pins: tuple[str, ...]
+    returns: tuple[ReturnFacts, ...]
     foot_lock: bool
     warnings: tuple[str, ...]
 
@@ -100,6 +112,11 @@ def edit_facts(path: str) -> EditFacts:
         ),
         sources=tuple(_source_facts(clip, document.sources.get(clip.source, "")) for clip in line.clips),
         pins=tuple(map(str, line.pins)),
+        returns=tuple(
+            ReturnFacts(pin.frame, line.segments[line.segment_at(pin.frame)[0]].clip, pin.smoothing or 0.0)
+            for pin in line.pins
+            if pin.kind == "return"
+        ),
         foot_lock=line.foot_lock,
         warnings=tuple(oddities),
     )
@@ -124,7 +141,7 @@ def show_edit_facts(told: EditFacts) -> None:
             (f"seam {number}", f"before {seam.frame}: {_smoothing(seam)}")
             for number, seam in enumerate(told.seams, start=1)
         ),
-        *(("pin", pin) for pin in told.pins),
+        *(("pin", _pin(pin, told.returns)) for pin in told.pins),
         *(() if told.foot_lock else (("feet", "not locked"),)),
         *(("clip", _source(source)) for source in told.sources),
         *(("warning", oddity) for oddity in told.warnings),
@@ -138,6 +155,15 @@ def _smoothing(seam: SeamFacts) -> str:
     if seam.smoothing is None:
         return "smoothing automatic"
     return f"smoothing {seam.smoothing:.3g} s (λ = {seam.stiffness:.4g})"
+
+
+def _pin(text: str, returns: tuple[ReturnFacts, ...]) -> str:
+    """A pin as on a command line; of a return, what it does."""
+    for home in returns:
+        if text == f"return@{home.frame}":
+            where = f"{home.clip} is where it was before the edit"
+            return f"{text}: from there on {where}, after a way back of {home.seconds:.3g} s"
+    return text
 
 
 def _speeds(line: Timeline, segment: Segment) -> tuple[float, float]:
@@ -159,7 +185,8 @@ def _segment(part: SegmentFacts) -> str:
     text = f"from {part.start}: {part.clip} {part.first}:{part.stop}"
     slowest, fastest = f"{part.slowest:.3g}", f"{part.fastest:.3g}"
     if slowest == fastest:
-        return text if slowest == "1" else f"{text} at {slowest} × speed"
+        is_told = slowest == "1" or part.clip.endswith(f" ×{part.slowest:g}")
+        return text if is_told else f"{text} at {slowest} × speed"
     return f"{text} at {slowest} to {fastest} × speed"
 
 

@@ -16,7 +16,12 @@ SPAN, SLOTS = 0.5, 10
 """Seconds on each side of a seam that a bar shows, and in how many characters."""
 
 STANDS, GIVEN_UP, OFF = "█", "░", "·"
-LEGEND = f"Feet {SPAN:g} s before and after: {STANDS} stands, {GIVEN_UP} stood in its clip and steps instead."
+
+
+def legend(solved: Solved) -> str:
+    """What the marks of a result's bars mean; feet that are not locked are as in their clips and give nothing up."""
+    where = f"Feet {SPAN:g} s before and after: {STANDS} stands"
+    return f"{where}." if solved.contacts is None else f"{where}, {GIVEN_UP} stood in its clip and steps instead."
 
 
 def foot_bars(solved: Solved) -> Iterator[str]:

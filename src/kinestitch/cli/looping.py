@@ -31,8 +31,8 @@ _ROWS = (
 @clip_verb("loop", "Make a clip repeat.")
 @click.option("--trim/--whole", default=True, help="Find the frames that make the best cycle, or use all.")
 @click.option("--frames", type=RANGE, metavar="A:B", help="The frames of the cycle, where you know them.")
-@click.option("--shortest", type=NOT_NEGATIVE, metavar="S", help="Least length of a cycle.  [default: half the clip]")
-@click.option("--longest", type=NOT_NEGATIVE, metavar="S", help="Greatest length, to take one stride out of many.")
+@click.option("--shortest", type=NOT_NEGATIVE, metavar="SECONDS", help="Least length.  [default: half the clip]")
+@click.option("--longest", type=NOT_NEGATIVE, metavar="SECONDS", help="Greatest length, for one stride out of many.")
 @click.option("--smooth", type=NOT_NEGATIVE, metavar="SECONDS", help="Smoothing time of the seam.  [default: 0.1]")
 @click.option("--lambda", "stiffness", type=NOT_NEGATIVE, metavar="X", help="The same as the method's own λ.")
 @click.option(

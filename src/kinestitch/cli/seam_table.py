@@ -33,12 +33,13 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
     out = console()
     timeline = solved.placed.timeline
     seams = numbers["seams"]
+    is_solved = numbers["method"] == "laplacian"
     if seams:
         table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
         for title in (
             "seam",
             "between",
-            "smooth s",
+            *(("smooth s",) if is_solved else ()),
             "rotation step °",
             "velocity step °/s",
             "moved by °",
@@ -50,7 +51,7 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
             table.add_row(
                 str(seam["frame"]),
                 f"{left.clip} {left.range.stop - 1} → {right.clip} {right.range.start}",
-                _smoothing(seam, numbers["fps"]),
+                *((_smoothing(seam, numbers["fps"]),) if is_solved else ()),
                 _change(seam, "rotation_step_deg", "{:.1f}"),
                 _change(seam, "angular_velocity_step_deg_s", "{:.0f}"),
                 f"{seam['deviation_max_deg']:.1f}",
@@ -60,20 +61,20 @@ def show_seams(solved: Solved, numbers: dict[str, Any], output: str) -> None:
         out.print("Before → after: largest joint between the two frames at each seam; moved by: largest, off the cut.")
         _show_feet(solved)
     tail = f", {counted(len(seams), 'seam')}"
-    if seams and numbers["method"] == "laplacian":
+    if seams and is_solved:
         tail += f" solved in {numbers['solve_ms']:.2f} ms"
     out.print(f"{output}: {_size(numbers['frames'], numbers['fps'])}, {counted(numbers['joints'], 'joint')}{tail}")
 
 
 def _show_feet(solved: Solved) -> None:
     """Print when the feet stand around each seam."""
-    from kinestitch.cli.foot_bars import LEGEND, foot_bars
+    from kinestitch.cli.foot_bars import foot_bars, legend
 
     bars = list(foot_bars(solved))
     for seam, bar in zip(solved.seams, bars, strict=False):
         console().print(f"{seam.frame:>4}  {bar}")
     if bars:
-        console().print(LEGEND)
+        console().print(legend(solved))
 
 
 def show_edit(timeline: Timeline, output: str) -> None:

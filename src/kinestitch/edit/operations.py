@@ -12,7 +12,7 @@ from dataclasses import replace as _with
 from itertools import pairwise
 
 from kinestitch.edit.pieces import clip_piece, cut_piece, join_pieces
-from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Timeline, whole
+from kinestitch.edit.timeline import ClipInfo, FrameRange, Seam, Timeline, range_hint, whole
 from kinestitch.errors import RangeError
 
 
@@ -22,7 +22,7 @@ def check_range(timeline: Timeline, start: int, stop: int) -> FrameRange:
     if not 0 <= start < stop <= timeline.frames:
         raise RangeError(
             f"Expected a range start:stop within 0:{timeline.frames} of the timeline, got {start}:{stop}. "
-            "Choose frames inside it; the stop frame itself is not part of a range."
+            + range_hint(start, stop, timeline.frames)
         )
     return FrameRange(start, stop)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from kinestitch.core.resample import resampled_bound
 from kinestitch.edit.pins import Pin
-from kinestitch.edit.timeline import DEFAULT_SEAM, FrameRange, Seam, Segment, Timeline, whole
+from kinestitch.edit.timeline import DEFAULT_SEAM, FrameRange, Seam, Segment, Timeline, range_hint, whole
 from kinestitch.errors import RangeError
 
 
@@ -55,7 +55,7 @@ def clip_piece(timeline: Timeline, clip: str, start: int | None = None, stop: in
     if not 0 <= first < last <= info.frames:
         raise RangeError(
             f"Expected a range within 0:{info.frames} of clip {clip!r}, got {first}:{last}. "
-            "Choose frames inside it; the stop frame itself is not part of a range."
+            + range_hint(first, last, info.frames)
         )
     new_start = resampled_bound(first, info.frames, info.fps, timeline.fps)
     new_stop = info.frames_at(timeline.fps)

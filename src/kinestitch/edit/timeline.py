@@ -65,8 +65,7 @@ class FrameRange:
         object.__setattr__(self, "stop", whole(self.stop, "a range's stop"))
         if not 0 <= self.start < self.stop <= MAX_FRAMES:
             raise RangeError(
-                f"Expected a range start:stop with 0 ≤ start < stop, got {self}. "
-                "The stop frame itself is not part of the range."
+                f"Expected a range start:stop with 0 ≤ start < stop, got {self}. {range_hint(self.start, self.stop)}"
             )
 
     def __len__(self) -> int:
@@ -74,6 +73,12 @@ class FrameRange:
 
     def __str__(self) -> str:
         return f"{self.start}:{self.stop}"
+
+
+def range_hint(start: int, stop: int, frames: int = MAX_FRAMES) -> str:
+    """What to try instead of a range start:stop that is none of `frames` frames."""
+    what = "Let its stop come after its start" if 0 <= start < frames and stop <= start else "Choose frames inside it"
+    return f"{what}; the stop frame itself is not part of a range."
 
 
 @dataclass(frozen=True, slots=True)

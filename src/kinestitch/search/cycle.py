@@ -95,6 +95,10 @@ def _lengths(motion: Motion, shortest: float | None, longest: float | None) -> t
     for seconds in (shortest, longest):
         if seconds is not None and not (math.isfinite(seconds) and seconds >= 0):
             raise ParameterError(f"Expected a length in seconds ≥ 0, got {seconds}.")
+    if shortest is not None and longest is not None and shortest > longest:
+        raise RangeError(
+            f"Expected a shortest length of at most the longest, {longest:g} s, got {shortest:g} s. Swap them."
+        )
     fewest = max(2, math.ceil((motion.frames if shortest is None else 2 * shortest * motion.fps) / 2))
     most = min(motion.frames, motion.frames if longest is None else math.floor(longest * motion.fps))
     if motion.frames < SHORTEST:
@@ -103,6 +107,7 @@ def _lengths(motion: Motion, shortest: float | None, longest: float | None) -> t
         raise RangeError(
             f"Expected a clip that holds a cycle of {fewest} frames or more, got {motion.frames} frames"
             + (f" of which {most} may count." if most < motion.frames else ".")
+            + (" Give a shortest length as well; it is half of the clip otherwise." if shortest is None else "")
         )
     return fewest, most
 
