@@ -21,18 +21,29 @@ def walk(frames, seed=0, speed=1.3):
     return np.concatenate([[0.0], np.cumsum(pace * np.exp(1j * facing))]) + rng.normal() + 1j * rng.normal()
 
 
-@st.composite
-def reachable(draw):
+APART = 20
+"""Frames between waypoints, more than the τ of 0.3 s over which a path turns. Nearer ones are reachable by arithmetic
+only: two places in neighbouring frames tell the direction of a single step, whose length has to be its own at the last.
+"""
+
+
+def gently_bent(seed, frames, stops=0):
     """A path and waypoints that some gentle bend of it passes."""
-    seed = draw(st.integers(0, 2**32 - 1))
     rng = np.random.default_rng(seed)
-    frames = draw(st.integers(60, 400))
     path = walk(frames, seed)
     knots = np.linspace(0, frames, 5)
     turn = np.interp(np.arange(frames + 1), knots, np.concatenate([[0.0], np.cumsum(rng.normal(size=4) * 0.5)]))
     goal = bent_path(path, 1j * turn + rng.normal() * 0.08)
-    stops = sorted({*rng.choice(np.arange(40, frames + 1), draw(st.integers(0, 3))).tolist(), frames})
-    return path, [Aim(frame, goal[frame], np.inf) for frame in stops], draw(st.booleans())
+    at = [frames]
+    for frame in rng.choice(np.arange(40, frames + 1), stops).tolist():
+        at += [frame] if min(abs(frame - other) for other in at) >= APART else []
+    return path, [Aim(frame, goal[frame], np.inf) for frame in sorted(at)]
+
+
+@st.composite
+def reachable(draw):
+    path, aims = gently_bent(draw(st.integers(0, 2**32 - 1)), draw(st.integers(60, 400)), draw(st.integers(0, 3)))
+    return path, aims, draw(st.booleans())
 
 
 def solved(path, aims, started, tau=0.3):
@@ -70,11 +81,8 @@ def test_waypoints_are_met_and_what_is_given_stays(case):
     assert np.allclose(np.diff(bent), np.exp(between(zeta)) * np.diff(path))
 
 
-@settings(deadline=None, max_examples=25)
-@given(reachable(), st.integers(0, 2**32 - 1))
-def test_no_neighbour_that_meets_the_waypoints_costs_less(case, seed):
+def assert_stationary(path, aims, started, seed):
     """The derivative of the cost along any change that keeps all aims, to first order, is zero."""
-    path, aims, started = case
     zeta = solved(path, aims, started)
     rng = np.random.default_rng(seed)
     smooth = np.linspace(0, 6, len(path))
@@ -101,6 +109,32 @@ def test_no_neighbour_that_meets_the_waypoints_costs_less(case, seed):
     slope = (cost(path, zeta + step * change, started) - cost(path, zeta - step * change, started)) / (2 * step)
     bend_of = cost(path, change, started) ** 0.5 * max(cost(path, zeta, started), 1e-6) ** 0.5
     assert abs(slope) < 1e-5 * bend_of + 1e-7
+
+
+@settings(deadline=None, max_examples=25)
+@given(reachable(), st.integers(0, 2**32 - 1))
+def test_no_neighbour_that_meets_the_waypoints_costs_less(case, seed):
+    assert_stationary(*case, seed)
+
+
+@pytest.mark.parametrize(("seed", "frames"), [(7215, 326), (1456598803, 262)])
+def test_a_path_pushed_together_until_it_nearly_buckles_settles(seed, frames):
+    path, aims = gently_bent(seed, frames)
+    assert abs(aims[-1].value - path[0]) < 0.87 * abs(path[-1] - path[0])
+    zeta = solved(path, aims, True)
+    assert abs(bent_path(path, zeta)[-1] - aims[-1].value) < 1e-9
+    for change in range(10):
+        assert_stationary(path, aims, True, change)
+
+
+def test_a_path_that_turns_round_between_waypoints_settles():
+    path = walk(300)
+    aims = [
+        Aim(frame, bent_path(path, 1j * np.linspace(0, 5, 301))[frame], np.inf) for frame in (60, 120, 180, 240, 300)
+    ]
+    zeta = solved(path, aims, False)
+    assert 4 < zeta[-1].imag < 6
+    assert np.abs(zeta.real).max() < 0.3
 
 
 @settings(deadline=None, max_examples=30)

@@ -100,6 +100,19 @@ def solve_bands(bands: Array, rhs: Array) -> Array:
     return np.asarray(solveh_banded(bands, rhs, overwrite_ab=True, overwrite_b=True, check_finite=False))
 
 
+def solve_indefinite_bands(bands: Array, rhs: Array) -> Array:
+    """The same for a symmetric system (b + 1, F) that need not be positive definite. Raises LinAlgError where it is
+    singular.
+    """
+    from scipy.linalg import solve_banded
+
+    width = len(bands) - 1
+    both = np.concatenate([bands, np.zeros((width, bands.shape[1]))])
+    for k in range(1, width + 1):
+        both[width + k, :-k] = bands[width - k, k:]
+    return np.asarray(solve_banded((width, width), both, rhs, overwrite_ab=True, overwrite_b=True, check_finite=False))
+
+
 def solve_full(target: ArrayLike, delta: ArrayLike, stiffness: ArrayLike, weights: ArrayLike | None = None) -> Array:
     """The whole clip at once (Eq. 4): (F, ...) values whose second differences follow `delta` and which stay near
     `target`.
