@@ -14,6 +14,7 @@ from kinestitch.core import kinematics as kk
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import quat_distance, quat_identity, quat_normalize, quat_rotate
 from kinestitch.core.skeleton import Skeleton
+from kinestitch.errors import ParameterError
 from kinestitch.testing import assert_motion_close, check_motion, motions, random_motion
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -41,6 +42,26 @@ def test_world_pose_is_the_product_of_matrices(motion: Motion):
     assert quat_distance(pose.rotations.reshape(-1, 4), theirs).max() < 1e-13
     assert not pose.positions.flags.writeable
     assert not pose.rotations.flags.writeable
+
+
+@given(motions(joints=7, frames=6), st.data())
+def test_some_joints_are_where_they_are_among_all(motion: Motion, data: st.DataObject):
+    count = motion.skeleton.joint_count
+    joints = data.draw(st.lists(st.integers(0, count - 1), max_size=3))
+    whole, some = kk.world_pose(motion), kk.world_pose(motion, joints)
+    kept = sorted({above for joint in joints for above in motion.skeleton.chain(joint)})
+    others = np.setdiff1d(np.arange(count), kept)
+    for theirs, ours in ((whole.positions, some.positions), (whole.rotations, some.rotations)):
+        assert ours.shape == theirs.shape
+        np.testing.assert_array_equal(ours[:, kept], theirs[:, kept])
+        assert np.isnan(ours[:, others]).all()
+        assert not ours.flags.writeable
+
+
+@pytest.mark.parametrize("joint", [-1, 7])
+def test_joints_that_the_rig_lacks_are_refused(joint: int):
+    with pytest.raises(ParameterError, match=rf"\[0, 7\), got {joint}"):
+        kk.world_pose(random_motion(1, joints=7), [0, joint])
 
 
 @given(motions(joints=7, frames=6))

@@ -18,7 +18,7 @@ from kinestitch.core.skeleton import Skeleton
 from kinestitch.errors import ParameterError, SkeletonMismatchError
 from kinestitch.rig.hips import hip_height
 from kinestitch.samples import SAMPLE_NAMES, sample, sample_contacts
-from kinestitch.solve.contacts import SLOW, Contacts, find_contacts, legs_of, runs
+from kinestitch.solve.contacts import SLOW, Contacts, Leg, find_contacts, legs_of, runs
 from kinestitch.testing import random_motion
 
 
@@ -171,6 +171,11 @@ def test_known_stances_are_found_and_nothing_else(seed: int, fps: float, noise: 
     found = both(motion)
     assert (found & truth).sum() >= 0.95 * truth.sum()
     assert (found & truth).sum() >= 0.95 * found.sum()
+
+
+def test_a_leg_has_three_joints_or_four():
+    assert Leg(4, 5, 6, 7).joints == (4, 5, 6, 7)
+    assert Leg(4, 5, 6, None).joints == (4, 5, 6)
 
 
 @settings(max_examples=15, deadline=None)

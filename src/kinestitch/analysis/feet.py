@@ -63,7 +63,7 @@ def standing_heights(motion: Motion, joints: Sequence[int]) -> Array:
 
     Measure it on the clips, not on the result: where a foot is pushed through the ground is what shall be seen.
     """
-    return np.asarray(np.percentile(world_pose(motion).positions[:, list(joints), 1], _STANDING, axis=0))
+    return np.asarray(np.percentile(world_pose(motion, joints).positions[:, list(joints), 1], _STANDING, axis=0))
 
 
 def weighted_skate(
@@ -112,7 +112,7 @@ def _joints(motion: Motion, joints: Sequence[int] | None) -> list[int]:
 def _over_ground(motion: Motion, joints: Sequence[int] | None, ground: Array | float | None) -> tuple[Array, Array]:
     """Heights (F, K) m over where they stand, and way along the ground (F − 1, K) m."""
     feet = _joints(motion, joints)
-    positions = world_pose(motion).positions[:, feet]
+    positions = world_pose(motion, feet).positions[:, feet]
     floor = standing_heights(motion, feet) if ground is None else np.asarray(ground, dtype=np.float64)
     slides = np.linalg.norm(np.diff(positions[..., (0, 2)], axis=0), axis=-1)
     return positions[..., 1] - floor, slides

@@ -102,7 +102,8 @@ def root_step(motion: Motion, frame: int) -> float:
         rotations=motion.rotations[frame - 1 : frame + 1],
         translations=motion.translations[frame - 1 : frame + 1],
     )
-    hips = world_pose(pair).positions[:, hips_joint(motion.skeleton)]
+    joint = hips_joint(motion.skeleton)
+    hips = world_pose(pair, [joint]).positions[:, joint]
     return float(np.linalg.norm(hips[1] - hips[0]))
 
 

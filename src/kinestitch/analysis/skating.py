@@ -32,7 +32,7 @@ def slide_in_contact(motion: Motion, contacts: Contacts, *, leave_out: Sequence[
 
 def slides(motion: Motion, joints: Sequence[int]) -> Array:
     """How far each of K joints moves over the ground from frame to frame: (F − 1, K) m."""
-    places = world_pose(motion).positions[:, list(joints)][..., (0, 2)]
+    places = world_pose(motion, joints).positions[:, list(joints)][..., (0, 2)]
     return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=-1))
 
 

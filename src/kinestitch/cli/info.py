@@ -111,7 +111,7 @@ def clip_facts(path: str) -> tuple[ClipFacts, Motion]:
     motion = read_clip(path, oddities.append)
     skeleton = motion.skeleton
     hips = hips_joint(skeleton)
-    ground = world_pose(motion).positions[:, hips, ::2]
+    ground = world_pose(motion, [hips]).positions[:, hips, ::2]
     told = ClipFacts(
         file=path,
         format=format_of(path).name,

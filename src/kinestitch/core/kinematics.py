@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,14 +19,17 @@ from kinestitch.core.rotation import (
     quat_rotate,
 )
 from kinestitch.core.skeleton import Skeleton
+from kinestitch.errors import ParameterError
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WorldPose:
-    """Where every joint is in the world; made by :func:`world_pose` only.
+    """Where joints are in the world; made by :func:`world_pose` only.
 
     positions : (F, J, 3) m
     rotations : (F, J, 4) world_from_joint, xyzw
+
+    J are always all joints of the skeleton, by their own indices; those that were left out are NaN.
     """
 
     positions: Array
@@ -47,13 +51,35 @@ def _accumulate(parents: tuple[int, ...], translations: Array, rotations: Array)
     return positions, world
 
 
-def world_pose(motion: Motion) -> WorldPose:
-    """Forward kinematics: positions (F, J, 3) m and world_from_joint rotations (F, J, 4) of every frame."""
-    positions, rotations = _accumulate(motion.skeleton.parents, motion.translations, motion.rotations)
-    rotations = quat_normalize(rotations)
+def world_pose(motion: Motion, joints: Sequence[int] | None = None) -> WorldPose:
+    """Forward kinematics: positions (F, J, 3) m and world_from_joint rotations (F, J, 4) of every frame.
+
+    joints : indices of those that are wanted, all when left out. A few are found quicker than all; they and those that
+        they hang on are the same as among all, the others are NaN.
+
+    Raises ParameterError for an index outside [0, J).
+    """
+    skeleton = motion.skeleton
+    if joints is None:
+        positions, rotations = _accumulate(skeleton.parents, motion.translations, motion.rotations)
+        rotations = quat_normalize(rotations)
+    else:
+        kept = _with_those_above(skeleton, joints)
+        parents = tuple(kept.index(skeleton.parents[joint]) if joint else -1 for joint in kept)
+        found = _accumulate(parents, motion.translations[:, kept], motion.rotations[:, kept])
+        positions, rotations = np.full(motion.translations.shape, np.nan), np.full(motion.rotations.shape, np.nan)
+        positions[:, kept], rotations[:, kept] = found[0], quat_normalize(found[1])
     positions.setflags(write=False)
     rotations.setflags(write=False)
     return WorldPose(positions, rotations)
+
+
+def _with_those_above(skeleton: Skeleton, joints: Sequence[int]) -> list[int]:
+    """These joints and all that they hang on, each once, parents before children."""
+    outside = [joint for joint in joints if not 0 <= joint < skeleton.joint_count]
+    if outside:
+        raise ParameterError(f"Expected indices of joints in [0, {skeleton.joint_count}), got {outside[0]}.")
+    return sorted({above for joint in joints for above in skeleton.chain(joint)})
 
 
 def rest_pose(skeleton: Skeleton) -> tuple[Array, Array]:

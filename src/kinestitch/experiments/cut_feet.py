@@ -117,7 +117,7 @@ def measure_feet(line: Timeline, clips: Mapping[str, Motion], ground: Array) -> 
     legs, feet = legs_of(before.skeleton), foot_joints(before.skeleton)
     held = np.stack([contacts.of(leg.foot, leg.toe) for leg in legs], axis=1)
     stands = held[near][1:] & held[near][:-1]
-    toes, locked_toes = (world_pose(motion).positions[:, list(feet)] for motion in (before, after))
+    toes, locked_toes = (world_pose(motion, feet).positions[:, list(feet)] for motion in (before, after))
     way = np.linalg.norm(np.diff(toes[..., (0, 2)], axis=0), axis=-1)
     sides = held[seam.frame - 1], held[seam.frame]
     return FeetAtSeam(

@@ -178,7 +178,8 @@ def _own(made: Solved, seam: SeamPlace, contacts: Contacts) -> list[float]:
     """What the sources do: the larger of their own steps over the seam's interval, and how far their feet slide."""
     around = straddling(made.placed, seam)
     poses = as_motion(made.placed, around.rotations.copy(), around.translations.copy())
-    hips = world_pose(poses).positions[:, hips_joint(poses.skeleton)]
+    joint = hips_joint(poses.skeleton)
+    hips = world_pose(poses, [joint]).positions[:, joint]
     step = max(float(np.linalg.norm(hips[k + 1] - hips[k])) for k in (0, 2))
     skate = _own_skate(made, contacts, seam.frame)
     none = dict.fromkeys(MEASURES, float("nan"))

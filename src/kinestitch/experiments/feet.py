@@ -97,7 +97,7 @@ def measure(solved: Solved, lock: Lock = locked) -> Feet:
     rows.append([_sink(solved, motion) for motion in (*motions, solved.cut)])
     rows.append([_straight(motion) for motion in (*motions, solved.cut)])
     hips = hips_joint(solved.motion.skeleton)
-    heights = [world_pose(motion).positions[:, hips, 1] for motion in motions]
+    heights = [world_pose(motion, [hips]).positions[:, hips, 1] for motion in motions]
     everything = placed_contacts(solved.placed).held.sum()
     kept = float(after.contacts.held.sum() / everything) if everything else 1.0
     return Feet(np.array(rows), kept, 100 * float((heights[0] - heights[1]).max()))
@@ -134,12 +134,13 @@ def _turn(motion: Motion, leave_out: Sequence[int]) -> float:
 def _sink(solved: Solved, motion: Motion) -> float:
     joints = list(foot_joints(motion.skeleton))
     ground = np.min([standing_heights(source, joints) for source in solved.placed.sources.values()], axis=0)
-    return 100 * float(np.maximum(ground - world_pose(motion).positions[:, joints, 1], 0.0).max())
+    return 100 * float(np.maximum(ground - world_pose(motion, joints).positions[:, joints, 1], 0.0).max())
 
 
 def _straight(motion: Motion) -> float:
-    pose, count = world_pose(motion), 0
-    for leg in legs_of(motion.skeleton):
+    legs, count = legs_of(motion.skeleton), 0
+    pose = world_pose(motion, [leg.foot for leg in legs])
+    for leg in legs:
         hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
         length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
         count += int((stretched(pose, leg) > 0.998 * length).sum())

@@ -101,7 +101,8 @@ def cross_category(data: DataSet) -> Section:
 
 def ground_path(motion: Motion) -> Array:
     """The hips' position (F, 3) m in the world."""
-    return world_pose(motion).positions[:, hips_joint(motion.skeleton)]
+    joint = hips_joint(motion.skeleton)
+    return world_pose(motion, [joint]).positions[:, joint]
 
 
 def absolute_path(solved: Solved) -> Array:

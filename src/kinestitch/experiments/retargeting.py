@@ -163,7 +163,8 @@ def hips_error(motion: Motion, truth: Motion) -> float:
     from kinestitch.rig.hips import hip_height, hips_joint
 
     joint = hips_joint(truth.skeleton)
-    gap = world_pose(motion).positions[:, joint] - world_pose(truth).positions[:, joint]
+    ours, theirs = (world_pose(m, [joint]).positions[:, joint] for m in (motion, truth))
+    gap = ours - theirs
     gap[:, [0, 2]] -= gap[:, [0, 2]].mean(axis=0)
     return float(np.linalg.norm(gap, axis=-1).mean() / hip_height(truth.skeleton) * 100)
 
@@ -175,7 +176,7 @@ def toe_slide(motion: Motion, source: Motion) -> float:
         ours, theirs = (roles_of(m.skeleton).joints.get(f"{side}_toe") for m in (motion, source))
         if ours is None or theirs is None:
             return float("nan")
-        paths = (world_pose(m).positions[:, joint] for m, joint in ((motion, ours), (source, theirs)))
+        paths = (world_pose(m, [joint]).positions[:, joint] for m, joint in ((motion, ours), (source, theirs)))
         ours_speed, theirs_speed = (np.linalg.norm(np.diff(path[:, [0, 2]], axis=0), axis=-1) for path in paths)
         speeds.append(ours_speed[theirs_speed * source.fps < _STANDS] * motion.fps)
     return float(np.concatenate(speeds).mean() * 100)

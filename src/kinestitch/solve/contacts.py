@@ -48,6 +48,11 @@ class Leg:
     foot: int
     toe: int | None
 
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Those that the rig has, from the hip joint down."""
+        return tuple(joint for joint in (self.thigh, self.shin, self.foot, self.toe) if joint is not None)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Contacts:
@@ -110,7 +115,7 @@ def find_contacts(
         if not 0 <= first <= last:
             raise ParameterError(f"Expected bounds 0 ≤ begin ≤ stop for {name}, got {first} and {last}.")
     joints = tuple(j for leg in legs_of(motion.skeleton) for j in (leg.foot, leg.toe) if j is not None)
-    places = world_pose(motion).positions[:, joints]
+    places = world_pose(motion, joints).positions[:, joints]
     size = hip_height(motion.skeleton)
     speeds = _speeds(places, motion.fps) / size
     heights = places[..., 1] / size

@@ -78,7 +78,7 @@ def _check_met(motion: Motion, places: Sequence[tuple[Pin, int]]) -> None:
     if not frames:
         return
     part = replace(motion, rotations=motion.rotations[frames], translations=motion.translations[frames])
-    positions = world_pose(part).positions
+    positions = world_pose(part, [joint for _, joint in places]).positions
     for pin, joint in places:
         missed = float(np.linalg.norm(positions[frames.index(pin.frame), joint] - np.array(pin.target)))
         if missed > MET:

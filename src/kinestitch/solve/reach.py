@@ -72,7 +72,8 @@ def replaced_level(limb: Limb, taken: Sequence[int]) -> Limb:
 
 
 def _by_limb(motion: Motion, pin: Pin, joint: int, limb: Limb) -> dict[int, Array]:
-    pose, parents = world_pose(_frame(motion, pin.frame)), motion.skeleton.parents
+    pose = world_pose(_frame(motion, pin.frame), (joint, limb.upper, limb.lower, limb.end))
+    parents = motion.skeleton.parents
     place, turn = pose.positions[0], pose.rotations[0]
     target, tip = np.array(pin.target), joint
     if limb.level:

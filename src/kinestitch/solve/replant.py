@@ -33,7 +33,8 @@ def replanted(before: Motion, after: Motion, move: GroundMove, contacts: Contact
 
     Only legs change, only where a foot stands or within a blend of it, and only where the body was moved.
     """
-    poses = world_pose(before), world_pose(after)
+    joints = [joint for leg in legs_of(before.skeleton) for joint in leg.joints]
+    poses = world_pose(before, joints), world_pose(after, joints)
     rotations, held = after.rotations.copy(), contacts.held.copy()
     for leg in legs_of(before.skeleton):
         columns = [contacts.joints.index(joint) for joint in (leg.foot, leg.toe) if joint in contacts.joints]
