@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from kinestitch import files
 from kinestitch.analysis.skating import skating_report, slide_in_contact
-from kinestitch.analysis.smoothness import acceleration_near, own_acceleration
+from kinestitch.analysis.smoothness import added_acceleration
 from kinestitch.core.kinematics import turn_about_up, world_pose
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import quat_conjugate, quat_distance, quat_multiply, quat_rotate
+from kinestitch.core.rotation import quat_conjugate, quat_distance, quat_multiply, quat_rotate, rotvec_to_quat
 from kinestitch.edit.operations import append
 from kinestitch.edit.operations import replace as paste
 from kinestitch.edit.timeline import Seam, timeline
@@ -26,6 +26,7 @@ from kinestitch.samples import SAMPLE_NAMES, sample
 from kinestitch.solve.contacts import Contacts, find_contacts, legs_of, runs
 from kinestitch.solve.footlock import lock_feet, locked, placed_contacts
 from kinestitch.solve.legs import stretched
+from kinestitch.solve.planting import MOST
 from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
 from kinestitch.solve.stitch import solve_timeline
@@ -98,12 +99,14 @@ def test_whatever_is_cut(solved: Solved):
     assert not (after.contacts.held & ~placed_contacts(solved.placed).held).any()
     for leg in legs:
         front = hinges(sample("walk"), leg).sum(axis=0)
-        assert (hinges(after.motion, leg) @ front).min() > 0
+        sound = hinges(solved.motion, leg) @ front > 0
+        assert (hinges(after.motion, leg) @ front)[sound].min() > 0
         reach = np.linalg.norm(pose[:, leg.foot] - pose[:, leg.thigh], axis=-1)
         source = world_pose(solved.cut).positions
         was = [np.linalg.norm(p[:, leg.foot] - p[:, leg.thigh], axis=-1) for p in (before, source)]
         length = np.linalg.norm(skeleton.offsets[[leg.shin, leg.foot]], axis=-1).sum()
-        assert (reach <= np.maximum(np.max(was, axis=0), 0.998 * length) + 1e-6).all()
+        over = (reach - np.maximum(np.max(was, axis=0), 0.998 * length)) / length
+        assert over.max() < 1e-6, over.max()
 
 
 @settings(max_examples=15, deadline=None)
@@ -213,7 +216,7 @@ def test_feet_without_a_stance_near_a_seam_are_kept_off_the_ground():
     toes = [leg.toe for leg in legs_of(solved.motion.skeleton)]
     floor = min(world_pose(motion).positions[:, toes, 1].min() for motion in solved.placed.sources.values())
     assert before[:, toes, 1].min() < floor - 0.01
-    assert pose[:, toes, 1].min() > floor - 0.005
+    assert pose[:, toes, 1].min() > floor - 0.008
 
 
 @pytest.mark.parametrize("name", ["walk", "run"])
@@ -222,6 +225,52 @@ def test_a_clip_put_back_where_it_was_is_left_alone(name: str):
     line = paste(timeline(clips, name), 50, 100, name, 50, 100, seam=SEAM)
     solved = solve_timeline(line, clips)
     assert np.abs(lock_feet(solved).rotations - solved.motion.rotations).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["walk", "run", "kick"])
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+def test_a_seam_without_a_gap_moves_no_leg(name: str, fps: float):
+    """A clip joined to its own copy, wherever it is cut: in a stance, in a swing, or where one becomes the other."""
+    clip = sample(name, fps=fps)
+    clips = {"original": clip, "copy": clip}
+    for frame in range(5, clip.frames - 5, 7):
+        line = paste(timeline(clips, "original"), frame, clip.frames, "copy", frame, clip.frames, seam=SEAM)
+        solved = solve_timeline(line, clips)
+        assert len(solved.seams) == 1
+        after = locked(solved)
+        assert_motion_close(after.motion, clip, degrees=1e-5, metres=1e-8, world=True)
+        assert (after.contacts.held == placed_contacts(solved.placed).held).all()
+
+
+@pytest.mark.parametrize(("name", "frame"), [("walk", 60), ("walk", 75), ("run", 40)])
+def test_what_a_lock_does_vanishes_with_the_gap(name: str, frame: int):
+    """A thousandth of a gap moves legs by about a thousandth, whatever the foot is doing at the cut."""
+    clip = sample(name)
+    moved = []
+    for share in (1e-3, 1e-6):
+        legs = [leg.thigh for leg in legs_of(clip.skeleton)]
+        other = clip.rotations.copy()
+        other[:, legs] = quat_multiply(other[:, legs], rotvec_to_quat([share, 0.0, 0.0]))
+        clips = {"original": clip, "copy": replace(clip, rotations=other)}
+        line = paste(timeline(clips, "original"), frame, clip.frames, "copy", frame, clip.frames, seam=SEAM)
+        solved = solve_timeline(line, clips)
+        moved.append(quat_distance(lock_feet(solved).rotations, solved.motion.rotations).max())
+    assert moved[0] < 30e-3
+    assert moved[1] < 30e-6
+
+
+@settings(max_examples=15, deadline=None)
+@given(cuts())
+def test_a_lock_adds_little_acceleration(solved: Solved):
+    """Beside the solve's own share no leg is thrown harder than the bound, but where a foot would go into the ground or
+    rush along it.
+    """
+    (seam,) = solved.seams
+    reach = round(solved.motion.fps)
+    before, after = (
+        added_acceleration(motion, solved.placed, seam, reach).peak for motion in (solved.motion, lock_feet(solved))
+    )
+    assert after < max(before, MOST) + 0.5
 
 
 def test_refusals():
@@ -271,13 +320,8 @@ def test_real_feet_slide_about_as_little_as_in_their_sources(name: str):
     told = skating_report(solved, after.motion, after.contacts)
     assert told["slide_in_contact_m_s_after"] < 1.01 * told["slide_in_contact_m_s_sources"]
     assert told["slide_in_contact_m_s_after"] < 0.7 * told["slide_in_contact_m_s_before"]
-    assert told["skate_near_seams_m_s_after"] < 1.1 * told["skate_near_seams_m_s_sources"]
+    assert told["skate_near_seams_m_s_after"] < 1.1 * max(
+        told["skate_near_seams_m_s_sources"], told["skate_near_seams_m_s_before"]
+    )
     for seam in solved.seams:
-        own, now = (
-            sizes[:, [leg.shin for leg in legs_of(after.motion.skeleton)]].max()
-            for sizes in (
-                own_acceleration(solved.placed, seam, 25),
-                acceleration_near(after.motion, solved.placed, seam, 25),
-            )
-        )
-        assert now < 2 * own
+        assert added_acceleration(after.motion, solved.placed, seam, round(solved.motion.fps)).peak < 0.6

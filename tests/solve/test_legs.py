@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -9,18 +11,20 @@ from hypothesis import strategies as st
 
 from kinestitch.core.kinematics import world_pose
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import quat_conjugate, quat_multiply, quat_rotate, quat_to_rotvec
+from kinestitch.core.rotation import quat_conjugate, quat_multiply, quat_rotate, quat_to_rotvec, rotvec_to_quat
 from kinestitch.samples import sample
 from kinestitch.solve.contacts import legs_of
 from kinestitch.solve.legs import (
     LegPose,
     ankle_moved,
     bent_leg,
+    knee_hinge,
     leg_pose,
     lowered,
     missing_height,
     pivot_of,
     slightly_bent,
+    sound_leg,
     stretched,
     within_reach,
 )
@@ -149,3 +153,32 @@ def test_straight_knees_are_bent_forward_and_bent_ones_left(bend: float, share: 
         assert now > np.radians(7.9)
     if bend > np.radians(25):
         assert now - bend < np.radians(0.01)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from(sorted(CLIPS)), st.integers(0, 1), st.floats(-1.2, 0.0))
+def test_no_knee_that_was_turned_stays_bent_backwards(name: str, side: int, straightened: float):
+    """A shin turned too far forward comes to lie on the right side, its ankle where it was; a leg is not lengthened."""
+    motion = CLIPS[name]
+    leg, before = legs_of(motion.skeleton)[side], world_pose(motion)
+    upper, lower = (
+        before.positions[:, a] - before.positions[:, b] for a, b in ((leg.shin, leg.thigh), (leg.foot, leg.shin))
+    )
+    hinge = quat_rotate(quat_conjugate(before.rotations[:, leg.thigh]), np.cross(upper, lower)).sum(axis=0)
+    hinge /= np.linalg.norm(hinge)
+    rotations = motion.rotations.copy()
+    rotations[:, leg.shin] = quat_multiply(rotvec_to_quat(hinge * straightened), rotations[:, leg.shin])
+    pose = world_pose(replace(motion, rotations=rotations))
+    moved = np.linalg.norm(pose.positions[:, leg.foot] - before.positions[:, leg.foot], axis=1)
+    limit = leg_pose(before, leg, stretched(before, leg)).longest
+    local = sound_leg(pose, rotations, leg, moved, limit, knee_hinge(before, leg), motion.skeleton.parents)
+    for joint, values in local.items():
+        rotations[:, joint] = values
+    after = world_pose(replace(motion, rotations=rotations))
+    ways = [after.positions[:, a] - after.positions[:, b] for a, b in ((leg.shin, leg.thigh), (leg.foot, leg.shin))]
+    found = quat_rotate(quat_conjugate(after.rotations[:, leg.thigh]), np.cross(*ways)) @ hinge
+    assert found[moved > 0.1].min(initial=0.0) > -1e-4
+    reach = np.linalg.norm(after.positions[:, leg.foot] - after.positions[:, leg.thigh], axis=1)
+    assert (reach <= limit + 1e-9).all()
+    near = np.linalg.norm(pose.positions[:, leg.foot] - pose.positions[:, leg.thigh], axis=1) < limit
+    assert np.abs(after.positions[near, leg.foot] - pose.positions[near, leg.foot]).max(initial=0.0) < 1e-4

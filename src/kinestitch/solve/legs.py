@@ -19,8 +19,10 @@ from kinestitch.core.rotation import (
 from kinestitch.solve.contacts import Leg, Mask
 from kinestitch.solve.swings import GROUND, smoothed
 
+LOWEST = 0.06
+"""Leg lengths that the hips may come down."""
+
 _SOFT, _STRAIGHTEST = 0.97, 0.998  # of a leg's length: up to where it may stretch freely, and at all
-_LOWEST = 0.06  # leg lengths that the hips may come down
 _EASE = 0.25  # s over which they do
 _BENT, _SOFTLY = np.radians(8.0), np.radians(2.0)  # knees bent less have no plane that could be trusted
 _NEAR = 0.01  # m by which an ankle is moved until its knee is bent by half of what is missing
@@ -42,6 +44,11 @@ class LegPose:
     def length(self) -> Array:
         """Thigh and shin, (n,) m."""
         return np.linalg.norm(self.knee - self.hip, axis=-1) + np.linalg.norm(self.ankle - self.knee, axis=-1)
+
+    @property
+    def longest(self) -> Array:
+        """How far the leg may be stretched at most: (n,) m."""
+        return np.maximum(_STRAIGHTEST * self.length, self.own)
 
     @property
     def own(self) -> Array:
@@ -86,7 +93,7 @@ def lowered(missing: Array, fps: float, leg: float) -> Array:
     the leg's length at most.
     """
     half = max(1, round(_EASE * fps))
-    deepest = minimum_filter1d(np.maximum(missing, -_LOWEST * leg), 2 * half + 1, mode="nearest")
+    deepest = minimum_filter1d(np.maximum(missing, -LOWEST * leg), 2 * half + 1, mode="nearest")
     return smoothed(deepest, half)
 
 
@@ -101,22 +108,48 @@ def bent_leg(
     stretch : (n,) m from hip joint to ankle in the source
     """
     shape = leg_pose(pose, leg, stretch)
-    turned = rotvec_to_quat(offsets[:, 3:6])
     target = within_reach(shape, ankle_moved(pose, leg, offsets))
     moved = np.linalg.norm(target - shape.ankle, axis=1)
-    first, second = _unlocked(pose, leg, moved / (moved + _NEAR))
-    knee = shape.hip + quat_rotate(first, shape.knee - shape.hip)
-    by_thigh, by_shin = two_bone_ik(shape.hip, knee, knee + quat_rotate(second, shape.ankle - shape.knee), target)
+    out = _reaching(pose, leg, target, moved, rotvec_to_quat(offsets[:, 3:6]), knee_hinge(pose, leg), parents)
+    if leg.toe is not None:
+        out[leg.toe] = quat_multiply(rotvec_to_quat(offsets[:, 6:9]), local[:, leg.toe])
+    return {joint: quat_normalize(_same_sign(values, local[:, joint])) for joint, values in out.items()}
+
+
+def sound_leg(
+    pose: WorldPose, local: Array, leg: Leg, moved: Array, limit: Array, hinge: Array, parents: tuple[int, ...]
+) -> dict[int, Array]:
+    """Local rotations (n, 4) of thigh, shin and foot of a leg whose joints have been turned: its ankle and its foot
+    stay, but no knee is bent backwards, nor is it stretched more than `limit` (n,) m.
+
+    moved : (n,) m by which the turns have moved the ankle; hinge : (3,) of the leg before, see :func:`knee_hinge`
+    """
+    hip, ankle = pose.positions[:, leg.thigh], pose.positions[:, leg.foot]
+    far = np.linalg.norm(ankle - hip, axis=1)
+    target = hip + (ankle - hip) * np.minimum(1.0, limit / np.maximum(far, 1e-12))[:, None]
+    still = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(far), 4))
+    out = _reaching(pose, leg, target, moved, still, hinge, parents)
+    return {joint: quat_normalize(_same_sign(values, local[:, joint])) for joint, values in out.items()}
+
+
+def _reaching(
+    pose: WorldPose, leg: Leg, target: Array, moved: Array, turned: Array, hinge: Array, parents: tuple[int, ...]
+) -> dict[int, Array]:
+    """Local rotations (n, 4) of a leg whose ankle is at its target (n, 3) m, its foot turned in the world (n, 4).
+
+    moved : (n,) m, the more the surer the knee gets a bend; hinge : (3,), see :func:`knee_hinge`
+    """
+    hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
+    first, second = _unlocked(pose, leg, moved / (moved + _NEAR), hinge)
+    bent = hip + quat_rotate(first, knee - hip)
+    by_thigh, by_shin = two_bone_ik(hip, bent, bent + quat_rotate(second, ankle - knee), target)
     by_thigh, by_shin = quat_multiply(by_thigh, first), quat_multiply(by_shin, second)
     thigh, shin, foot = (pose.rotations[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
-    out = {
+    return {
         leg.thigh: quat_multiply(quat_conjugate(above(pose, parents[leg.thigh])), quat_multiply(by_thigh, thigh)),
         leg.shin: _local(pose.rotations[:, parents[leg.shin]], by_thigh, quat_multiply(by_shin, shin)),
         leg.foot: _local(pose.rotations[:, parents[leg.foot]], by_shin, quat_multiply(turned, foot)),
     }
-    if leg.toe is not None:
-        out[leg.toe] = quat_multiply(rotvec_to_quat(offsets[:, 6:9]), local[:, leg.toe])
-    return {joint: quat_normalize(_same_sign(values, local[:, joint])) for joint, values in out.items()}
 
 
 def pivot_of(leg: Leg) -> int:
@@ -145,16 +178,21 @@ def _same_sign(values: Array, like: Array) -> Array:
     return np.where(np.einsum("fi,fi->f", values, like)[:, None] < 0, -values, values)
 
 
-def _unlocked(pose: WorldPose, leg: Leg, share: Array) -> tuple[Array, Array]:
+def knee_hinge(pose: WorldPose, leg: Leg) -> Array:
+    """The axis (3,) in the thigh's frame, of length 1, about which a knee bends in all frames; 0 where it never does."""
+    hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
+    axis = quat_rotate(quat_conjugate(pose.rotations[:, leg.thigh]), np.cross(knee - hip, ankle - knee)).sum(axis=0)
+    size = float(np.linalg.norm(axis))
+    return np.asarray(axis / size if size >= 1e-9 else np.zeros(3))
+
+
+def _unlocked(pose: WorldPose, leg: Leg, share: Array, hinge: Array) -> tuple[Array, Array]:
     """World turns (n, 4) of thigh and shin that give a straight or overstretched knee a slight bend, `share` (n,) of
-    it, in the plane in which this knee bends elsewhere.
+    it, about its hinge (3,) in the thigh's frame.
     """
     hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
-    thigh = pose.rotations[:, leg.thigh]
-    axis = quat_rotate(quat_conjugate(thigh), np.cross(knee - hip, ankle - knee)).sum(axis=0)
-    size = float(np.linalg.norm(axis))
-    hinge = quat_rotate(thigh, np.broadcast_to(axis / max(size, 1e-12), hip.shape))
-    return slightly_bent(knee - hip, ankle - knee, hinge, share if size >= 1e-9 else np.zeros_like(share))
+    axis = quat_rotate(pose.rotations[:, leg.thigh], np.broadcast_to(hinge, hip.shape))
+    return slightly_bent(knee - hip, ankle - knee, axis, share if hinge.any() else np.zeros_like(share))
 
 
 def slightly_bent(upper: Array, lower: Array, hinge: Array, share: Array) -> tuple[Array, Array]:

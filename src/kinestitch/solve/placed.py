@@ -25,8 +25,6 @@ from kinestitch.rig.hips import hips_joint
 from kinestitch.solve.root import Placement, continue_placement
 from kinestitch.solve.seam import SeamPlace, stiffness_at
 
-_AROUND = (-1, 0)
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Straddling:
@@ -175,30 +173,41 @@ def _extended(values: Array, frame: int, *, rotation: bool) -> Array:
     return np.asarray(out)
 
 
-def _own_frames(placed: Placed, seam: int) -> tuple[Array, Array]:
-    """Unplaced rotations (4, J, 4) and translations (4, J, 3) of a(m−1), a(m), b(m−1), b(m) at a seam of the
-    timeline.
+def _own_frames(placed: Placed, seam: int, reach: int = 1) -> tuple[Array, Array]:
+    """Unplaced rotations (4 · reach, J, 4) and translations (4 · reach, J, 3) of a(m − reach) … a(m + reach − 1), then
+    b's of the same frames, at a seam of the timeline.
     """
     left, right = placed.timeline.segments[seam], placed.timeline.segments[seam + 1]
     a, b = placed.sources[left.clip], placed.sources[right.clip]
-    frames = [(a, left.range.stop + k) for k in _AROUND] + [(b, right.range.start + k) for k in _AROUND]
+    around = range(-reach, reach)
+    frames = [(a, left.range.stop + k) for k in around] + [(b, right.range.start + k) for k in around]
     rotations = np.stack([_extended(clip.rotations, frame, rotation=True) for clip, frame in frames])
     translations = np.stack([_extended(clip.translations, frame, rotation=False) for clip, frame in frames])
+    return rotations, translations
+
+
+def beside(placed: Placed, place: SeamPlace, reach: int = 1) -> tuple[Array, Array]:
+    """Both sources on their own on `reach` frames each side of a seam, as the result sees them, carrier in the world:
+    rotations (4 · reach, J, 4) and translations (4 · reach, J, 3) m of a(m − reach) … a(m + reach − 1), then b's.
+
+    Beyond the ends of its clip a source goes on at constant velocity.
+    """
+    rotations, translations = _own_frames(placed, place.index, reach)
+    joint, rows = placed.carrier, (slice(0, 2 * reach), slice(2 * reach, None))
+    for here, placement in zip(rows, placed.placements[place.index : place.index + 2], strict=True):
+        rotations[here, joint] = quat_multiply(placement.rotation, rotations[here, joint])
+        translations[here, joint] = placement.move(translations[here, joint])
     return rotations, translations
 
 
 def straddling(placed: Placed, place: SeamPlace) -> Straddling:
     """Both sources around a seam, as the result sees them."""
     seam = place.index
-    rotations, translations = _own_frames(placed, seam)
+    rotations, translations = beside(placed, place)
     left, right = placed.timeline.segments[seam], placed.timeline.segments[seam + 1]
     before, after = placed.placements[seam], placed.placements[seam + 1]
-    joint = placed.carrier
-    for rows, placement in ((slice(0, 2), before), (slice(2, 4), after)):
-        rotations[rows, joint] = quat_multiply(placement.rotation, rotations[rows, joint])
-        translations[rows, joint] = placement.move(translations[rows, joint])
-    a = placed.sources[left.clip].translations[:, joint]
-    b = placed.sources[right.clip].translations[:, joint]
+    a = placed.sources[left.clip].translations[:, placed.carrier]
+    b = placed.sources[right.clip].translations[:, placed.carrier]
     own = range(-2, 2)
     left_path = np.stack([_extended(a, left.range.stop + k, rotation=False) for k in own])
     right_path = np.stack([_extended(b, right.range.start + k, rotation=False) for k in own])

@@ -15,7 +15,8 @@ from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array
 from kinestitch.rig.hips import hip_height
 from kinestitch.solve.contacts import Contacts, Leg, Mask, legs_of, runs
-from kinestitch.solve.footlock import BLEND, foot_path
+from kinestitch.solve.footing import foot_path
+from kinestitch.solve.footlock import BLEND
 from kinestitch.solve.ground import GroundMove
 from kinestitch.solve.legs import bent_leg
 from kinestitch.solve.swings import carry_over

@@ -7,8 +7,8 @@ a foot would throw it harder than a leg can, it is released earlier, or put down
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence, Set
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -22,17 +22,23 @@ from kinestitch.core.rotation import (
     quat_to_rotvec,
     rotvec_to_quat,
 )
-from kinestitch.solve.contacts import SHORTEST, Mask, runs
-from kinestitch.solve.laplacian import second_difference
+from kinestitch.solve.contacts import Mask, runs
 from kinestitch.solve.seam import Cluster
-from kinestitch.solve.swings import GROUND, carry_over
+from kinestitch.solve.swings import GROUND
 
 _APART, _UNEVEN, _TURNED = 0.35, 0.1, np.radians(50.0)  # leg lengths and rad within which two stances can become one
 _PAUSE = 0.15  # s that may lie between them
-_LONGER = 0.1  # s that a foot has to stand longer if they do not
-_HARDEST = 18.0  # leg lengths per s², what holding a foot may add to its acceleration
-_ALIKE = 1e-9  # share by which two peaks may differ and still count as equally high
-_TIE = 2  # frames by which the peak may be nearer to one stance than to the other, and both still give way
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FootStep:
+    """What a foot does between two frames: (3,) m by which its pivot moves, (4,) by which it turns in the world."""
+
+    shift: Array
+    turn: Array
+
+
+REST = FootStep(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -40,10 +46,36 @@ class FootPath:
     """A foot in the world, frame by frame.
 
     pivot : (F, 3) m, the toe joint, or the ankle on a rig without toes; turn : (F, 4) world_from_foot
+    beside : by the frame m after a seam, where the left and the right source have the foot on frames m − n to
+    m + n − 1, were there no seam; n is the frames that may lie between two stances that become one
     """
 
     pivot: Array
     turn: Array
+    beside: Mapping[int, tuple[FootPath, FootPath]] = field(default_factory=dict)
+
+    def step(self, start: int, stop: int) -> FootStep:
+        """What the foot does from one frame to another."""
+        turn = quat_multiply(self.turn[stop], quat_conjugate(self.turn[start]))
+        return FootStep(self.pivot[stop] - self.pivot[start], turn)
+
+    def own_step(self, start: int, stop: int, seams: Sequence[int]) -> FootStep:
+        """What the sources do by themselves between two frames on the two sides of some seams, the less of both: one
+        may lift there what stands in the other.
+        """
+        if not any(m in self.beside for m in seams):
+            return REST
+        sides = zip((seams[0], seams[-1]), (0, 1), strict=True)
+        found = [(self.beside[m][side], m - len(self.beside[m][side].pivot) // 2) for m, side in sides]
+        left, right = (path.step(start - first, stop - first) for path, first in found)
+        calm = left if np.linalg.norm(left.shift) <= np.linalg.norm(right.shift) else right
+        still = left if abs(left.turn[3]) >= abs(right.turn[3]) else right
+        return FootStep(calm.shift, still.turn)
+
+    def jump(self, start: int, stop: int, seams: Sequence[int]) -> FootStep:
+        """What the path does between two frames on the two sides of some seams besides what its sources do."""
+        step, own = self.step(start, stop), self.own_step(start, stop, seams)
+        return FootStep(step.shift - own.shift, quat_multiply(step.turn, quat_conjugate(own.turn)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +91,11 @@ class Setting:
     fps: float
     leg: float
     blend: float
+
+    @property
+    def pause(self) -> int:
+        """Frames that may lie between two stances that become one."""
+        return max(2, round(_PAUSE * self.fps))
 
     @property
     def hard(self) -> tuple[int, ...]:
@@ -78,7 +115,7 @@ class Setting:
 
 
 @dataclass(slots=True)
-class _Piece:
+class Piece:
     """A contact [start, stop) within one segment, with its turn and shift on the ground."""
 
     start: int
@@ -93,18 +130,30 @@ class _Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class _Link:
+class Link:
     """Two pieces on the two sides of a seam that become one.
 
-    yaw, shift : by how much the later one lies off the earlier; rolls : the share of what they differ by besides that
-    the earlier one takes: all where only its heel is up, so that no heel that stands is rolled
+    jump : by how much the later one lies off the earlier; rolls : the share of what they differ by besides yaw and
+    shift that the earlier one takes: all where only its heel is up, so that no heel that stands is rolled
     """
 
-    left: _Piece
-    right: _Piece
-    yaw: float
-    shift: Array
+    left: Piece
+    right: Piece
+    jump: FootStep
     rolls: float
+
+    @property
+    def offset(self) -> Array:
+        """Yaw in rad and shift on the ground in m, (3,)."""
+        return np.array([_yaw(self.jump.turn), *self.jump.shift[list(GROUND)]])
+
+    @property
+    def left_over(self) -> tuple[Array, Array]:
+        """Shift (3,) m and turn (3,) rad that remain once both pieces are turned and shifted."""
+        shift = self.jump.shift.copy()
+        shift[list(GROUND)] += self.right.shift - self.left.shift
+        before, after = (quat_about_axis(1, yaw) for yaw in (-self.left.yaw, self.right.yaw))
+        return shift, quat_to_rotvec(quat_multiply(after, quat_multiply(self.jump.turn, before)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,15 +165,15 @@ class Stances:
     """
 
     path: FootPath
-    pieces: tuple[_Piece, ...]
-    links: tuple[_Link, ...]
+    pieces: tuple[Piece, ...]
+    links: tuple[Link, ...]
     pause: int
 
     def evened(self, values: Array) -> Array:
         """Values (n, C) whose step where two stances became one is shared out to both sides."""
         out = values.copy()
         for link in self.links:
-            frames, shares = _shares(link, self.pause)
+            frames, shares = shares_of(link, self.pause)
             out[frames] += shares * (values[link.right.start] - values[link.left.stop - 1])
         return out
 
@@ -135,84 +184,58 @@ def settled(placed: FootPath, held: Mask, flat: Mask, setting: Setting, *, apart
     placed : the foot in the placed sources; held, flat : (n,) frames in which it stands in them, and its heel does
     apart : first frames of contacts that are not to become one with the one before
     """
-    pause = max(2, round(_PAUSE * setting.fps))
+    pause = setting.pause
     pieces = _pieces(held, setting, pause)
     links = _links(placed, pieces, flat, setting, pause, apart)
     _settle(pieces, links)
-    path = FootPath(placed.pivot.copy(), placed.turn.copy())
+    path = FootPath(placed.pivot.copy(), placed.turn.copy(), placed.beside)
     for piece in pieces:
         here = slice(piece.start, piece.stop)
         path.pivot[here, GROUND] += piece.shift
         path.turn[here] = quat_multiply(quat_about_axis(1, piece.yaw), path.turn[here])
     for link in links:
-        a, b = link.left.stop - 1, link.right.start
-        frames, shares = _shares(link, pause)
-        roll = quat_to_rotvec(quat_multiply(path.turn[b], quat_conjugate(path.turn[a])))
-        path.pivot[frames] += shares * (path.pivot[b] - path.pivot[a])
+        frames, shares = shares_of(link, pause)
+        shift, roll = link.left_over
+        path.pivot[frames] += shares * shift
         path.turn[frames] = quat_multiply(rotvec_to_quat(shares * roll), path.turn[frames])
     return Stances(path, tuple(pieces), tuple(links), pause)
 
 
-def wanted_stances(
-    placed: FootPath, solved: FootPath, held: tuple[Mask, Mask], far: Callable[[FootPath], Mask], setting: Setting
-) -> tuple[Stances, Mask]:
-    """The stances of a window and the frames (n,) in which the foot stands.
-
-    placed, solved : the foot in the placed sources, and in the result
-    held : (n,) frames in which it stands in the sources, and in which its heel does
-    far : in which frames (n,) a foot that stood on a path would be out of its leg's reach
-
-    Two contacts stay apart where the foot then stands for longer, by more than it takes to see.
-    """
-
-    def tried(apart: Collection[int]) -> tuple[Stances, Mask]:
-        found = settled(placed, *held, setting, apart=apart)
-        return found, released(found, found.path.pivot - solved.pivot, far(found.path), setting)
-
-    apart: tuple[int, ...] = ()
-    best = tried(apart)
-    for link in best[0].links:
-        other = tried((*apart, link.right.start))
-        if other[1].sum() > best[1].sum() + _LONGER * setting.fps:
-            best, apart = other, (*apart, link.right.start)
-    return best
-
-
-def _pieces(held: Mask, setting: Setting, pause: int) -> list[_Piece]:
+def _pieces(held: Mask, setting: Setting, pause: int) -> list[Piece]:
     """The contacts, cut at seams; those that last beyond the window, or nearly, are fixed."""
     first, last = (pause if bounded else 0 for bounded in setting.bounded)
     pieces = []
     for start, stop in runs(held):
         bounds = [start, *(m for m in setting.cluster.local_frames if start < m < stop), stop]
         for a, b in pairwise(bounds):
-            pieces.append(_Piece(a, b, a < first or b > len(held) - last, 0.0, np.zeros(2)))
+            pieces.append(Piece(a, b, a < first or b > len(held) - last, 0.0, np.zeros(2)))
     return pieces
 
 
 def _links(
-    placed: FootPath, pieces: Sequence[_Piece], flat: Mask, setting: Setting, pause: int, apart: Collection[int]
-) -> list[_Link]:
+    placed: FootPath, pieces: Sequence[Piece], flat: Mask, setting: Setting, pause: int, apart: Collection[int]
+) -> list[Link]:
     """The neighbours over a seam that can become one stance."""
-    links: list[_Link] = []
-    seams = set(setting.cluster.local_frames) - set(setting.hard)
+    links: list[Link] = []
+    seams = [m for m in setting.cluster.local_frames if m not in setting.hard]
     tied = False  # whether the chain so far holds a piece that cannot be moved
     for left, right in pairwise(pieces):
         a, b = left.stop - 1, right.start
         tied = tied or left.fixed
-        gap = placed.pivot[b] - placed.pivot[a]
-        yaw = _yaw(quat_multiply(placed.turn[b], quat_conjugate(placed.turn[a])))
+        between = [m for m in seams if a < m <= b]
+        if not between or b in apart or b - a > pause:
+            tied = False
+            continue
+        link = Link(left, right, placed.jump(a, b, between), (1.0 + flat[b] - flat[a]) / 2)
         near = (
-            any(a < m <= b for m in seams)
-            and b not in apart
-            and b - a <= pause
-            and np.hypot(*gap[list(GROUND)]) < _APART * setting.leg
-            and abs(gap[1]) < _UNEVEN * setting.leg
-            and abs(yaw) < _TURNED
+            np.hypot(*link.offset[1:]) < _APART * setting.leg
+            and abs(link.jump.shift[1]) < _UNEVEN * setting.leg
+            and abs(link.offset[0]) < _TURNED
             and not (tied and right.fixed)
         )
         tied = tied and near
         if near:
-            links.append(_Link(left, right, yaw, gap[list(GROUND)], (1.0 + flat[b] - flat[a]) / 2))
+            links.append(link)
     return links
 
 
@@ -222,7 +245,7 @@ def _yaw(turn: Array) -> float:
     return float((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _settle(pieces: Sequence[_Piece], links: Sequence[_Link]) -> None:
+def _settle(pieces: Sequence[Piece], links: Sequence[Link]) -> None:
     """Give the pieces of every chain of links the turn and shift by which they meet, the longer ones the smaller."""
     after = {id(link.left): link for link in links}
     later = {id(link.right) for link in links}
@@ -233,19 +256,19 @@ def _settle(pieces: Sequence[_Piece], links: Sequence[_Link]) -> None:
         while id(chain[-1]) in after:
             link = after[id(chain[-1])]
             chain.append(link.right)
-            offsets.append(offsets[-1] + [link.yaw, *link.shift])
+            offsets.append(offsets[-1] + link.offset)
         mean = np.average(offsets, axis=0, weights=[piece.weight for piece in chain])
         for piece, offset in zip(chain, offsets, strict=True):
             if not piece.fixed:
                 piece.yaw, piece.shift = float(mean[0] - offset[0]), mean[1:] - offset[1:]
 
 
-def _shares(link: _Link, pause: int) -> tuple[NDArray[np.intp], Array]:
+def shares_of(link: Link, pause: int) -> tuple[NDArray[np.intp], Array]:
     """The frames near a link's seam, and how much of what its pieces differ by is added there, (n, 1): before the seam
     with the sign of the difference, after it with the other.
     """
     a, b = link.left.stop - 1, link.right.start
-    spans = [max(1, round(2 * part * pause)) for part in (link.rolls, 1 - link.rolls)]
+    spans = [max(1, round(4 * part * pause)) for part in (link.rolls, 1 - link.rolls)]
     before = np.arange(max(link.left.start, a - spans[0] + 1), a + 1)
     after = np.arange(b, min(link.right.stop, b + spans[1]))
     rise, fall = _ease(1 - (a - before) / spans[0]), _ease(1 - (after - b) / spans[1])
@@ -257,71 +280,3 @@ def _ease(share: Array) -> Array:
     """0 to 1 without a step in value or slope."""
     s = np.clip(share, 0.0, 1.0)
     return s * s * (3 - 2 * s)
-
-
-def released(stances: Stances, offsets: Array, far: Mask, setting: Setting) -> Mask:
-    """The frames (n,) in which a foot stands, once every stance has given way where it asks too much (Eq. 26).
-
-    offsets : (n, 3) m from the solved way to the stances; far : (n,) frames in which they are out of the leg's reach
-
-    A stance does not begin or end out of reach, and holding it does not throw the foot too hard before or after it.
-    """
-    pieces = [replace(piece) for piece in stances.pieces]
-    renewed = {id(old): new for old, new in zip(stances.pieces, pieces, strict=True)}
-    joined = {(id(renewed[id(link.left)]), id(renewed[id(link.right)])) for link in stances.links}
-    linked = {piece for pair in joined for piece in pair}
-    least = [_least(piece, id(piece) in linked, len(offsets), setting.fps) for piece in pieces]
-    for piece in pieces:
-        _come_near(piece, far, joined)
-    hardest, frames = _HARDEST * setting.leg / setting.fps**2, max(1, round(setting.fps / 60))
-    while True:
-        alive = [piece for piece, shortest in zip(pieces, least, strict=True) if piece.stop - piece.start >= shortest]
-        stands = np.zeros(len(offsets), dtype=bool)
-        for piece in alive:
-            stands[piece.start : piece.stop] = True
-        known = setting.known(stands)
-        carried = carry_over(np.where(stands[:, None], offsets, 0.0), known, setting.blend, breaks=setting.hard)
-        strength = np.linalg.norm(second_difference(carried), axis=1)
-        moved = False
-        for left, right in pairwise([None, *alive, None]):
-            if (id(left), id(right)) not in joined:
-                moved |= _give_way(left, right, strength, hardest, frames)
-        if not moved:
-            return stands
-
-
-def _come_near(piece: _Piece, far: Mask, joined: Set[tuple[int, int]]) -> None:
-    """Shorten a stance, in place, as long as it begins or ends out of reach; not where it goes on over a seam."""
-    if not any(id(piece) == left for left, _ in joined):
-        while piece.stop > piece.start and far[piece.stop - 1]:
-            piece.stop -= 1
-    if not any(id(piece) == right for _, right in joined):
-        while piece.start < piece.stop and far[piece.start]:
-            piece.start += 1
-
-
-def _least(piece: _Piece, linked: bool, count: int, fps: float) -> int:
-    """Frames below which what is left of a contact is no stance; one that a clip's end cuts short may be shorter."""
-    shortest = max(1, round(SHORTEST * fps))
-    if linked:
-        return 1
-    return min(shortest, piece.stop - piece.start) if piece.start == 0 or piece.stop == count else shortest
-
-
-def _give_way(left: _Piece | None, right: _Piece | None, strength: Array, hardest: float, frames: int) -> bool:
-    """Shorten, in place, the one of two neighbouring stances that is nearer to where a foot would be thrown too hard
-    between them; whether there was such a place.
-    """
-    start = 0 if left is None else left.stop - 1
-    stop = len(strength) if right is None else right.start + 1
-    between = strength[start:stop]
-    if (left is None and right is None) or between.max(initial=0.0) <= hardest:
-        return False
-    peaks = np.flatnonzero(between >= (1 - _ALIKE) * between.max())
-    peak = start + (int(peaks[0]) + int(peaks[-1])) / 2
-    nearer = 0.0 if left is None else 1.0 if right is None else (right.start - peak) - (peak - start)
-    if left is not None and (right is None or nearer >= -_TIE):
-        left.stop -= frames
-    if right is not None and (left is None or nearer <= _TIE):
-        right.start += frames
-    return True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.ndimage import convolve1d, minimum_filter1d
@@ -14,34 +14,26 @@ from kinestitch.solve.seam import VISIBLE
 
 GROUND = (0, 2)
 
-_FIRM = 30.0  # weight of a height that shall be reached, beside 1 of the solved height
-_ROUNDS = 4  # in which the frames are found that fall short of it
-_CLEAR, _FAST, _AROUND = 0.07, 0.3, 0.15  # leg lengths, leg lengths per second, s
+_CLEAR, _FAST, _AROUND = 0.05, 0.3, 0.15  # leg lengths, leg lengths per second, s
 _LIFT, _HIGHEST = 0.2, 0.04  # of a step's length, leg lengths
+_RISE, _ROUNDED = 0.2, 0.1  # s in which a foot rises, and over which what it lacks is averaged
 
 
-def carry_over(
-    offsets: Array, known: Mask, reach: float, *, wanted: Array | None = None, breaks: Sequence[int] = ()
-) -> Array:
+def carry_over(offsets: Array, known: Mask, reach: float, *, breaks: Sequence[int] = ()) -> Array:
     """Offsets (n, C), known in some frames, carried over to the others as a gap of the solve is (Eq. 25).
 
     known : (n,); reach : frames in which they die away, or in which they bend from one stance to the next
-    wanted : (n, C) what is asked for, firmly, in the frames that are not known; NaN where nothing is
     breaks : frames before which there is a hard cut, over which nothing is carried
     """
     out = np.where(known[:, None], offsets, 0.0)
-    asked = None if wanted is None else np.isfinite(wanted[:, 0]) & ~known
-    if known.all() or not (known.any() or (asked is not None and asked.any())):
+    if known.all() or not known.any():
         return out
     rows = np.full(len(known), (reach / VISIBLE) ** 4)
     rows[[0, -1]] = 0.0
     for m in breaks:
         rows[m - 1 : m + 1] = 0.0
-    weights = None if asked is None else np.where(asked, 1.0 + _FIRM, 1.0)
-    bands = normal_bands(rows, weights)
+    bands = normal_bands(rows)
     rhs = np.zeros(out.shape, order="F")
-    if wanted is not None and asked is not None:
-        rhs[asked] = _FIRM * wanted[asked]
     for k in (1, 2):
         band, later, earlier = bands[2 - k, k:], known[k:], known[:-k]
         rhs[k:] -= np.where(~later & earlier, band, 0.0)[:, None] * out[:-k]
@@ -52,19 +44,21 @@ def carry_over(
     return solve_bands(bands, rhs)
 
 
-def carry_heights(offsets: Array, known: Mask, least: Array, reach: float, breaks: Sequence[int] = ()) -> Array:
-    """Like :func:`carry_over` for heights (n,) that shall not fall short of `least` (n,) in frames that are not known.
+def eased_lift(lacking: Array, known: Mask, fps: float) -> Array:
+    """By how much (n,) m a foot is lifted in its swings that lacks some height (n,) m; negative is none.
 
-    It is asked for, not enforced: a corner would be a kick.
+    known : (n,) frames in which it is not lifted. It leaves them and comes back without a step in height, speed or
+    acceleration; what it lacks beside them it does not get.
     """
-    out, wanted = offsets, np.full((len(known), 1), np.nan)
-    for _ in range(_ROUNDS):
-        out = carry_over(offsets[:, None], known, reach, wanted=wanted, breaks=breaks)[:, 0]
-        short = ~known & (out < least) & np.isnan(wanted[:, 0])
-        if not short.any():
-            break
-        wanted[short, 0] = least[short]
-    return out
+    lift = smoothed(np.where(known, 0.0, np.maximum(lacking, 0.0)), max(1, round(_ROUNDED * fps)))
+    lift[known] = 0.0
+    for start, stop in runs(~known):
+        frames, count = np.arange(1, stop - start + 1), stop - start + 1
+        before = frames if start > 0 else np.full(count - 1, count)
+        after = count - frames if stop < len(known) else np.full(count - 1, count)
+        share = np.clip(np.minimum(before, after) / min(_RISE * fps, count / 2), 0.0, 1.0)
+        lift[start:stop] *= share**3 * (10 + share * (6 * share - 15))
+    return lift
 
 
 def floor_under(heights: Array, reach: float) -> Array:
@@ -72,18 +66,19 @@ def floor_under(heights: Array, reach: float) -> Array:
     return np.asarray(minimum_filter1d(heights, 2 * round(reach) + 1, mode="nearest"))
 
 
-def clearance(path: Array, source: Array, *, seams: Sequence[int], fps: float, leg: float) -> Array:
+def clearance(path: Array, source: Array, *, own: Mapping[int, float], fps: float, leg: float) -> Array:
     """How high (n,) m over the floor a foot has to be that moves faster over the ground than its source does.
 
     path, source : (n, 2) m, ways over the ground; leg : m
+    own : by the frame after a seam, m that the sources go over its interval, where `source` jumps
     """
     if len(path) < 2:
         return np.zeros(len(path))
     steps = np.linalg.norm(np.diff(source, axis=0), axis=1)
-    steps[[m - 1 for m in seams]] = 0.0
-    own = np.minimum(np.append(steps[0], steps), np.append(steps, steps[-1]))
-    speed = np.linalg.norm(np.gradient(path, axis=0), axis=1)
-    excess = np.maximum(speed - own, 0.0) * fps / (_FAST * leg)
+    for m, length in own.items():
+        steps[m - 1] = length
+    more = np.maximum(np.linalg.norm(np.diff(path, axis=0), axis=1) - steps, 0.0)
+    excess = np.maximum(np.append(more[0], more), np.append(more, more[-1])) * fps / (_FAST * leg)
     return smoothed(_CLEAR * leg * -np.expm1(-excess), max(1, round(_AROUND * fps)))
 
 

@@ -1,0 +1,139 @@
+"""What is known of the feet around the seams of one cluster: the body in the result and in its placed sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinestitch.core.kinematics import WorldPose, world_pose
+from kinestitch.core.motion import Motion
+from kinestitch.core.rotation import Array
+from kinestitch.solve.contacts import Leg, Mask
+from kinestitch.solve.legs import (
+    ankle_moved,
+    bent_leg,
+    knee_hinge,
+    leg_pose,
+    missing_height,
+    pivot_of,
+    sound_leg,
+    stretched,
+)
+from kinestitch.solve.placed import Placed, beside
+from kinestitch.solve.seam import Cluster
+from kinestitch.solve.solved import as_motion
+from kinestitch.solve.sources import own_strength, own_velocities, velocity_between
+from kinestitch.solve.stances import FootPath, Setting
+
+_LIVELY = 30.0  # rad/s² that sources are taken to do at least
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Window:
+    """One cluster's frames of the result and of the hard cut, local and in the world.
+
+    beside : by a seam's frame in the window, its left and its right source on their own around it
+    joints : those of the legs, and what they hang on; poses of others are not told
+    own : (n, J) rad/s² of the sources' angular acceleration; strongest : rad/s², what counts as strong in them
+    shift : (n, 3) m by which `ours` has been moved from where the motion has it
+    """
+
+    motion: Motion
+    cut: Motion
+    ours: WorldPose
+    theirs: WorldPose
+    beside: Mapping[int, tuple[WorldPose, WorldPose]]
+    setting: Setting
+    joints: tuple[int, ...]
+    own: Array
+    strongest: float
+    shift: Array
+
+    def moved(self, shift: Array) -> Window:
+        """The same with the body moved by (n, 3) m."""
+        ours = WorldPose(self.ours.positions + shift[:, None], self.ours.rotations)
+        return replace(self, ours=ours, shift=self.shift + shift)
+
+    def turned(self, joints: Sequence[int], turns: Array) -> Window:
+        """The same with other local rotations (n, K, 4) of some joints."""
+        rotations = self.motion.rotations.copy()
+        rotations[:, joints] = turns
+        motion = replace(self.motion, rotations=rotations)
+        return replace(
+            self, motion=motion, ours=world_pose(motion, self.joints), shift=np.zeros_like(self.shift)
+        ).moved(self.shift)
+
+    def bent(self, leg: Leg, offsets: Array) -> Mapping[int, Array]:
+        """Local rotations (n, 4) of a leg's joints whose foot is moved by `offsets` (n, 9)."""
+        reach = stretched(self.theirs, leg)
+        return bent_leg(self.ours, self.motion.rotations, leg, offsets, reach, self.motion.skeleton.parents)
+
+    def sound(self, leg: Leg, joints: Sequence[int], turns: Array, frames: NDArray[np.intp]) -> Array:
+        """Local rotations (n, K, 4) of a leg's joints with, in some frames, no knee bent backwards or overstretched."""
+        if not len(frames):
+            return turns
+        pose, parents = self.turned(joints, turns).ours, self.motion.skeleton.parents
+        limit = leg_pose(self.ours, leg, stretched(self.theirs, leg)).longest[frames]
+        there = WorldPose(pose.positions[frames], pose.rotations[frames])
+        moved = np.linalg.norm(there.positions[:, leg.foot] - self.ours.positions[frames, leg.foot], axis=1)
+        local = self.motion.rotations[frames].copy()
+        local[:, list(joints)] = turns[frames]
+        out = turns.copy()
+        for joint, values in sound_leg(there, local, leg, moved, limit, knee_hinge(self.ours, leg), parents).items():
+            out[frames, joints.index(joint)] = values
+        return out
+
+    def missing(self, leg: Leg, offsets: Array, stands: Mask) -> Array:
+        """By how much (n,) m ≤ 0 the hips are too high for a foot that is moved by `offsets`, where it stands."""
+        pose = leg_pose(self.ours, leg, stretched(self.theirs, leg))
+        return missing_height(pose, ankle_moved(self.ours, leg, offsets), stands)
+
+    def excess(self, turns: Array, joints: Sequence[int]) -> Array:
+        """How much stronger than its source the strongest of some joints accelerates, (n,) over what counts as strong.
+
+        turns : (n, K, 4) local rotations of the joints
+        """
+        sizes = np.zeros(turns.shape[:2])
+        steps = velocity_between(turns[:-1], turns[1:], self.setting.fps)
+        sizes[1:-1] = np.linalg.norm(np.diff(steps, axis=0), axis=-1) * self.setting.fps
+        return np.asarray(np.maximum(sizes - self.own[:, joints], 0.0).max(axis=1) / self.strongest)
+
+
+def window_of(placed: Placed, motion: Motion, cut: Motion, legs: Sequence[Leg], setting: Setting) -> Window:
+    """A cluster's window; motion, cut : the whole result and the whole hard cut"""
+    cluster, frames = setting.cluster, motion.frames
+    joints = tuple(joint for leg in legs for joint in leg.joints)
+    sides = {}
+    for seam, frame in zip(cluster.seams, cluster.local_frames, strict=True):
+        both = world_pose(as_motion(placed, *beside(placed, seam, setting.pause)), joints)
+        halves = slice(0, 2 * setting.pause), slice(2 * setting.pause, None)
+        left, right = (WorldPose(both.positions[half], both.rotations[half]) for half in halves)
+        sides[frame] = left, right
+    start, stop = max(1, cluster.start), min(frames - 1, cluster.stop)
+    own = np.zeros((cluster.stop - cluster.start, motion.skeleton.joint_count))
+    into, out, _ = own_velocities(placed, start, stop)
+    own[start - cluster.start : stop - cluster.start] = np.linalg.norm(out - into, axis=-1) * motion.fps
+    strongest = max(_LIVELY, min(own_strength(placed, seam).acceleration for seam in cluster.seams))
+    ours, theirs = _part(motion, cluster), _part(cut, cluster)
+    still = np.zeros((cluster.stop - cluster.start, 3))
+    poses = world_pose(ours, joints), world_pose(theirs, joints)
+    return Window(ours, theirs, *poses, sides, setting, joints, own, strongest, still)
+
+
+def _part(motion: Motion, cluster: Cluster) -> Motion:
+    here = slice(cluster.start, cluster.stop)
+    return replace(motion, rotations=motion.rotations[here], translations=motion.translations[here])
+
+
+def foot_path(pose: WorldPose, leg: Leg) -> FootPath:
+    """Where a foot is, by the joint about which it rolls."""
+    return FootPath(pose.positions[:, pivot_of(leg)], pose.rotations[:, leg.foot])
+
+
+def placed_path(window: Window, leg: Leg) -> FootPath:
+    """Where a foot is in the placed sources."""
+    sides = {m: (foot_path(left, leg), foot_path(right, leg)) for m, (left, right) in window.beside.items()}
+    return replace(foot_path(window.theirs, leg), beside=sides)

@@ -1,0 +1,146 @@
+"""How long a foot stands: stances give way, from their ends, where holding them would throw a leg too hard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Set
+from dataclasses import replace
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from kinestitch.core.rotation import Array
+from kinestitch.solve.contacts import SHORTEST, Mask
+from kinestitch.solve.stances import FootPath, Link, Piece, Setting, Stances, settled, shares_of
+
+_LONGER = 0.1  # s that a foot has to stand longer if they do not
+_ALIKE = 1e-9  # share by which two peaks may differ and still count as equally high
+_TIE = 2  # frames by which the peak may be nearer to one stance than to the other, and both still give way
+
+
+class Thrown(Protocol):
+    """A leg whose foot can stand in some places."""
+
+    def excess(self, stands: Mask) -> Array:
+        """How hard the leg is thrown in each frame (n,) if the foot stands in some (n,): 1 is as hard as may be."""
+        ...
+
+
+def wanted_stances(
+    placed: FootPath,
+    on: Callable[[Stances], Thrown],
+    held: tuple[Mask, Mask],
+    far: Callable[[FootPath], Mask],
+    setting: Setting,
+) -> tuple[Stances, Mask]:
+    """The stances of a window and the frames (n,) in which the foot stands.
+
+    placed : the foot in the placed sources; on : what standing on some stances takes
+    held : (n,) frames in which it stands in the sources, and in which its heel does
+    far : in which frames (n,) a foot that stood on a path would be out of its leg's reach
+
+    Two contacts stay apart where the foot then stands for longer, by more than it takes to see.
+    """
+
+    def tried(apart: Collection[int]) -> tuple[Stances, Mask]:
+        found = settled(placed, *held, setting, apart=apart)
+        return found, released(found, on(found), far(found.path), setting)
+
+    apart: tuple[int, ...] = ()
+    best = tried(apart)
+    for link in best[0].links:
+        other = tried((*apart, link.right.start))
+        if other[1].sum() > best[1].sum() + _LONGER * setting.fps:
+            best, apart = other, (*apart, link.right.start)
+    return best
+
+
+def released(stances: Stances, leg: Thrown, far: Mask, setting: Setting) -> Mask:
+    """The frames (n,) in which a foot stands, once every stance has given way where it asks too much (Eq. 26).
+
+    far : (n,) frames in which the stances are out of the leg's reach
+
+    A stance does not begin or end out of reach, and holding it does not throw the leg too hard before or after it. Two
+    that became one part again where the way from one to the other would.
+    """
+    pieces = [replace(piece) for piece in stances.pieces]
+    renewed = {id(old): new for old, new in zip(stances.pieces, pieces, strict=True)}
+    joined = {(id(renewed[id(link.left)]), id(renewed[id(link.right)])): link for link in stances.links}
+    least = [_least(piece, len(far), setting.fps) for piece in pieces]
+    for piece in pieces:
+        _come_near(piece, far, joined.keys())
+    frames = max(1, round(setting.fps / 60))
+    while True:
+        linked = {piece for pair in joined for piece in pair}
+        alive = [
+            piece
+            for piece, shortest in zip(pieces, least, strict=True)
+            if piece.stop - piece.start >= (1 if id(piece) in linked else shortest)
+        ]
+        stands = np.zeros(len(far), dtype=bool)
+        for piece in alive:
+            stands[piece.start : piece.stop] = True
+        strength, moved = leg.excess(stands), False
+        for piece in alive:
+            moved |= _shrink(piece, strength, frames, joined)
+        for left, right in pairwise([None, *alive, None]):
+            link = joined.get((id(left), id(right)))
+            if link is None:
+                moved |= _give_way(left, right, strength, frames)
+            elif left is not None and right is not None and strength[shares_of(link, stances.pause)[0]].max() > 1.0:
+                del joined[id(left), id(right)]
+                left.stop, right.start, moved = left.stop - frames, right.start + frames, True
+        if not moved:
+            return stands
+
+
+def _shrink(piece: Piece, strength: Array, frames: int, joined: dict[tuple[int, int], Link]) -> bool:
+    """Shorten, in place, a stance within which a leg is thrown too hard, from the end that is nearer, where it is no
+    longer joined then; whether it had to be.
+    """
+    inner = strength[piece.start + 1 : piece.stop - 1]
+    if inner.max(initial=0.0) <= 1.0:
+        return False
+    peak = piece.start + 1 + int(inner.argmax())
+    nearer = (piece.stop - 1 - peak) - (peak - piece.start)
+    for pair in list(joined):
+        if (nearer <= _TIE and pair[0] == id(piece)) or (nearer >= -_TIE and pair[1] == id(piece)):
+            del joined[pair]
+    piece.start += frames if nearer >= -_TIE else 0
+    piece.stop -= frames if nearer <= _TIE else 0
+    return True
+
+
+def _come_near(piece: Piece, far: Mask, joined: Set[tuple[int, int]]) -> None:
+    """Shorten a stance, in place, as long as it begins or ends out of reach; not where it goes on over a seam."""
+    if not any(id(piece) == left for left, _ in joined):
+        while piece.stop > piece.start and far[piece.stop - 1]:
+            piece.stop -= 1
+    if not any(id(piece) == right for _, right in joined):
+        while piece.start < piece.stop and far[piece.start]:
+            piece.start += 1
+
+
+def _least(piece: Piece, count: int, fps: float) -> int:
+    """Frames below which what is left of a contact is no stance; one that a clip's end cuts short may be shorter."""
+    shortest = max(1, round(SHORTEST * fps))
+    return min(shortest, piece.stop - piece.start) if piece.start == 0 or piece.stop == count else shortest
+
+
+def _give_way(left: Piece | None, right: Piece | None, strength: Array, frames: int) -> bool:
+    """Shorten, in place, the one of two neighbouring stances that is nearer to where a foot would be thrown too hard
+    between them; whether there was such a place.
+    """
+    start = 0 if left is None else left.stop - 1
+    stop = len(strength) if right is None else right.start + 1
+    between = strength[start:stop]
+    if (left is None and right is None) or between.max(initial=0.0) <= 1.0:
+        return False
+    peaks = np.flatnonzero(between >= (1 - _ALIKE) * between.max())
+    peak = start + (int(peaks[0]) + int(peaks[-1])) / 2
+    nearer = 0.0 if left is None else 1.0 if right is None else (right.start - peak) - (peak - start)
+    if left is not None and (right is None or nearer >= -_TIE):
+        left.stop -= frames
+    if right is not None and (left is None or nearer <= _TIE):
+        right.start += frames
+    return True
