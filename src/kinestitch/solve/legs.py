@@ -179,7 +179,7 @@ def _same_sign(values: Array, like: Array) -> Array:
 
 
 def knee_hinge(pose: WorldPose, leg: Leg) -> Array:
-    """The axis (3,) in the thigh's frame, of length 1, about which a knee bends in all frames; 0 where it never does."""
+    """The axis (3,), of length 1 and in the frame of the thigh, about which a knee bends; 0 where it never does."""
     hip, knee, ankle = (pose.positions[:, joint] for joint in (leg.thigh, leg.shin, leg.foot))
     axis = quat_rotate(quat_conjugate(pose.rotations[:, leg.thigh]), np.cross(knee - hip, ankle - knee)).sum(axis=0)
     size = float(np.linalg.norm(axis))
