@@ -259,6 +259,17 @@ def test_what_a_lock_does_vanishes_with_the_gap(name: str, frame: int):
     assert moved[1] < 30e-6
 
 
+def test_a_hard_cut_near_by_loosens_no_bound():
+    clips = {"walk": sample("walk"), "kick": sample("kick")}
+    line = paste(timeline(clips, "walk"), 84, 130, "kick", 30, 72)
+    added = []
+    for hard in (Seam(smoothing=0.1), Seam(stiffness=0.0)):
+        solved = solve_timeline(replace(line, seams=(Seam(smoothing=0.1), hard)), clips)
+        first = solved.seams[0]
+        added.append(added_acceleration(lock_feet(solved), solved.placed, first, 30).peak)
+    assert added[1] < max(added[0], MOST) + 0.05
+
+
 @settings(max_examples=15, deadline=None)
 @given(cuts())
 def test_a_lock_adds_little_acceleration(solved: Solved):

@@ -92,13 +92,16 @@ class Window:
         return missing_height(pose, ankle_moved(self.ours, leg, offsets), stands)
 
     def excess(self, turns: Array, joints: Sequence[int]) -> Array:
-        """How much stronger than its source the strongest of some joints accelerates, (n,) over what counts as strong.
+        """How much stronger than its source the strongest of some joints accelerates, (n,) over what counts as strong;
+        a hard cut does not count.
 
         turns : (n, K, 4) local rotations of the joints
         """
         sizes = np.zeros(turns.shape[:2])
         steps = velocity_between(turns[:-1], turns[1:], self.setting.fps)
         sizes[1:-1] = np.linalg.norm(np.diff(steps, axis=0), axis=-1) * self.setting.fps
+        for frame in self.setting.hard:
+            sizes[max(0, frame - 1) : frame + 1] = 0.0
         return np.asarray(np.maximum(sizes - self.own[:, joints], 0.0).max(axis=1) / self.strongest)
 
 

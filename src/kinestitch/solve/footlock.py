@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_conjugate, quat_rotate
@@ -25,8 +24,6 @@ from kinestitch.solve.planting import planted
 from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
 from kinestitch.solve.stances import Setting
-
-Frames = NDArray[np.intp]
 
 BLEND = 0.42
 """s in which a foot comes back from a stance to its solved way, as long as a default seam shows."""
@@ -91,8 +88,8 @@ def locked(solved: Solved, contacts: Contacts | None = None, *, blend: float = B
         masks = [(contacts.of(leg.foot, leg.toe)[here], contacts.of(leg.foot)[here]) for leg in legs]
         down = _hips_down(window, legs, masks)
         window, hips = window.moved(down), hips_joint(motion.skeleton)
-        lifted = above(window.ours, motion.skeleton.parents[hips])
-        translations[here, hips] += quat_rotate(quat_conjugate(lifted), down)
+        carrier = above(window.ours, motion.skeleton.parents[hips])
+        translations[here, hips] += quat_rotate(quat_conjugate(carrier), down)
         for leg, mask in zip(legs, masks, strict=True):
             found = planted(window, leg, *mask)
             columns = [contacts.joints.index(joint) for joint in (leg.foot, leg.toe) if joint in contacts.joints]

@@ -22,7 +22,7 @@ from kinestitch.solve.swings import GROUND, carry_over, clearance, eased_lift, f
 MOST = 0.22
 """Of what the sources' strongest joint does in 95 % of the frames, what holding a foot may add to a joint."""
 
-_FARTHEST = 0.03  # leg lengths that the hips come down for a stance's ends
+_FARTHEST = 0.03  # leg lengths that the hips may still be too high where a stance begins or ends
 _STILL = 1e-7  # m and rad; less is left alone
 _STEP = 0.6  # s that a foot may take for a step
 _RUSH, _LOW = 3.5, 0.02  # leg lengths per s that no foot should go along the ground, leg lengths that are on it

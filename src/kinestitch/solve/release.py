@@ -71,7 +71,7 @@ def released(stances: Stances, leg: Thrown, far: Mask, setting: Setting) -> Mask
         _come_near(piece, far, joined.keys())
     frames = max(1, round(setting.fps / 60))
     while True:
-        linked = {piece for pair in joined for piece in pair}
+        linked = {identity for pair in joined for identity in pair}
         alive = [
             piece
             for piece, shortest in zip(pieces, least, strict=True)

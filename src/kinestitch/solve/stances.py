@@ -240,7 +240,7 @@ def _links(
 
 
 def _yaw(turn: Array) -> float:
-    """The turn about Y nearest to a rotation (4,), in (−π, π]."""
+    """The turn about Y nearest to a rotation (4,), in [−π, π)."""
     angle = 2 * np.arctan2(turn[1], turn[3])
     return float((angle + np.pi) % (2 * np.pi) - np.pi)
 
