@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kinestitch.core.kinematics import WorldPose, world_pose
 from kinestitch.core.motion import Motion
-from kinestitch.core.rotation import Array
+from kinestitch.core.rotation import Array, quat_multiply, quat_rotate
 from kinestitch.solve.contacts import Leg, Mask
 from kinestitch.solve.legs import (
     ankle_moved,
@@ -38,7 +38,7 @@ class Window:
     beside : by a seam's frame in the window, its left and its right source on their own around it
     joints : those of the legs, and what they hang on; poses of others are not told
     own : (n, J) rad/s² of the sources' angular acceleration; strongest : rad/s², what counts as strong in them
-    shift : (n, 3) m by which `ours` has been moved from where the motion has it
+    local : (n, J, 4) of the result, as `ours` has it
     """
 
     motion: Motion
@@ -50,26 +50,33 @@ class Window:
     joints: tuple[int, ...]
     own: Array
     strongest: float
-    shift: Array
+    local: Array
 
     def moved(self, shift: Array) -> Window:
         """The same with the body moved by (n, 3) m."""
-        ours = WorldPose(self.ours.positions + shift[:, None], self.ours.rotations)
-        return replace(self, ours=ours, shift=self.shift + shift)
+        return replace(self, ours=WorldPose(self.ours.positions + shift[:, None], self.ours.rotations))
 
     def turned(self, joints: Sequence[int], turns: Array) -> Window:
-        """The same with other local rotations (n, K, 4) of some joints."""
-        rotations = self.motion.rotations.copy()
-        rotations[:, joints] = turns
-        motion = replace(self.motion, rotations=rotations)
-        return replace(
-            self, motion=motion, ours=world_pose(motion, self.joints), shift=np.zeros_like(self.shift)
-        ).moved(self.shift)
+        """The same with other local rotations (n, K, 4) of some joints, of which the first is above the others."""
+        local, positions, rotations = self.local.copy(), self.ours.positions.copy(), self.ours.rotations.copy()
+        local[:, list(joints)] = turns
+        parents, below = self.motion.skeleton.parents, {joints[0]}
+        for joint in sorted(self.joints):
+            parent = parents[joint]
+            if joint != joints[0] and parent not in below:
+                continue
+            below.add(joint)
+            if joint != joints[0]:
+                way = quat_rotate(rotations[:, parent], self.motion.translations[:, joint])
+                positions[:, joint] = positions[:, parent] + way
+            above = rotations[:, parent] if parent >= 0 else np.array([0.0, 0.0, 0.0, 1.0])
+            rotations[:, joint] = quat_multiply(above, local[:, joint])
+        return replace(self, local=local, ours=WorldPose(positions, rotations))
 
     def bent(self, leg: Leg, offsets: Array) -> Mapping[int, Array]:
         """Local rotations (n, 4) of a leg's joints whose foot is moved by `offsets` (n, 9)."""
         reach = stretched(self.theirs, leg)
-        return bent_leg(self.ours, self.motion.rotations, leg, offsets, reach, self.motion.skeleton.parents)
+        return bent_leg(self.ours, self.local, leg, offsets, reach, self.motion.skeleton.parents)
 
     def sound(self, leg: Leg, joints: Sequence[int], turns: Array, frames: NDArray[np.intp]) -> Array:
         """Local rotations (n, K, 4) of a leg's joints with, in some frames, no knee bent backwards or overstretched."""
@@ -79,7 +86,7 @@ class Window:
         limit = leg_pose(self.ours, leg, stretched(self.theirs, leg)).longest[frames]
         there = WorldPose(pose.positions[frames], pose.rotations[frames])
         moved = np.linalg.norm(there.positions[:, leg.foot] - self.ours.positions[frames, leg.foot], axis=1)
-        local = self.motion.rotations[frames].copy()
+        local = self.local[frames].copy()
         local[:, list(joints)] = turns[frames]
         out = turns.copy()
         for joint, values in sound_leg(there, local, leg, moved, limit, knee_hinge(self.ours, leg), parents).items():
@@ -108,7 +115,7 @@ class Window:
 def window_of(placed: Placed, motion: Motion, cut: Motion, legs: Sequence[Leg], setting: Setting) -> Window:
     """A cluster's window; motion, cut : the whole result and the whole hard cut"""
     cluster, frames = setting.cluster, motion.frames
-    joints = tuple(joint for leg in legs for joint in leg.joints)
+    joints = tuple(sorted({above for leg in legs for joint in leg.joints for above in motion.skeleton.chain(joint)}))
     sides = {}
     for seam, frame in zip(cluster.seams, cluster.local_frames, strict=True):
         both = world_pose(as_motion(placed, *beside(placed, seam, setting.pause)), joints)
@@ -121,9 +128,8 @@ def window_of(placed: Placed, motion: Motion, cut: Motion, legs: Sequence[Leg], 
     own[start - cluster.start : stop - cluster.start] = np.linalg.norm(out - into, axis=-1) * motion.fps
     strongest = max(_LIVELY, min(own_strength(placed, seam).acceleration for seam in cluster.seams))
     ours, theirs = _part(motion, cluster), _part(cut, cluster)
-    still = np.zeros((cluster.stop - cluster.start, 3))
     poses = world_pose(ours, joints), world_pose(theirs, joints)
-    return Window(ours, theirs, *poses, sides, setting, joints, own, strongest, still)
+    return Window(ours, theirs, *poses, sides, setting, joints, own, strongest, ours.rotations)
 
 
 def _part(motion: Motion, cluster: Cluster) -> Motion:

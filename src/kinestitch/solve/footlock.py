@@ -20,7 +20,7 @@ from kinestitch.solve.contacts import Contacts, Leg, Mask, find_contacts, legs_o
 from kinestitch.solve.footing import Window, window_of
 from kinestitch.solve.legs import LOWEST, above, lowered
 from kinestitch.solve.placed import Placed
-from kinestitch.solve.planting import planted
+from kinestitch.solve.planting import Planted, planted
 from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
 from kinestitch.solve.stances import Setting
@@ -86,12 +86,11 @@ def locked(solved: Solved, contacts: Contacts | None = None, *, blend: float = B
         setting = Setting(cluster, bounded, motion.fps, hip_height(motion.skeleton), blend * motion.fps)
         window = window_of(solved.placed, motion, solved.cut, legs, setting)
         masks = [(contacts.of(leg.foot, leg.toe)[here], contacts.of(leg.foot)[here]) for leg in legs]
-        down = _hips_down(window, legs, masks)
-        window, hips = window.moved(down), hips_joint(motion.skeleton)
+        down, feet = _planted(window, legs, masks)
+        hips = hips_joint(motion.skeleton)
         carrier = above(window.ours, motion.skeleton.parents[hips])
         translations[here, hips] += quat_rotate(quat_conjugate(carrier), down)
-        for leg, mask in zip(legs, masks, strict=True):
-            found = planted(window, leg, *mask)
+        for leg, found in zip(legs, feet, strict=True):
             columns = [contacts.joints.index(joint) for joint in (leg.foot, leg.toe) if joint in contacts.joints]
             held[here, columns] &= found.stands[:, None]
             for joint, values in found.local.items():
@@ -99,14 +98,22 @@ def locked(solved: Solved, contacts: Contacts | None = None, *, blend: float = B
     return Locked(replace(motion, rotations=rotations, translations=translations), Contacts(contacts.joints, held))
 
 
-def _hips_down(window: Window, legs: Sequence[Leg], masks: Sequence[tuple[Mask, Mask]]) -> Array:
-    """By how much the hips are moved down, (n, 3) m in the world, so that the legs reach where their feet stand."""
-    down = np.zeros((window.motion.frames, 3))
+def _planted(
+    window: Window, legs: Sequence[Leg], masks: Sequence[tuple[Mask, Mask]]
+) -> tuple[Array, Sequence[Planted]]:
+    """By how much the hips are moved down, (n, 3) m in the world, so that the legs reach where their feet stand, and
+    the legs there.
+    """
+    down, lowest = np.zeros((window.motion.frames, 3)), -LOWEST * window.setting.leg
     for _ in range(_ROUNDS):
         lower = window.moved(down)
         feet = [planted(lower, leg, *mask) for leg, mask in zip(legs, masks, strict=True)]
-        missing = [lower.missing(leg, foot.offsets, foot.stands) for leg, foot in zip(legs, feet, strict=True)]
-        if np.min(missing) > -_NEAR:
-            break
-        down = down + lowered(np.min(missing, axis=0), window.setting.fps, window.setting.leg)[:, None] * _UP
-    return np.maximum(down, -LOWEST * window.setting.leg)
+        missing = np.min(
+            [lower.missing(leg, foot.offsets, foot.stands) for leg, foot in zip(legs, feet, strict=True)], 0
+        )
+        if missing.min() > -_NEAR:
+            return down, feet
+        more = lowered(missing, window.setting.fps, window.setting.leg)[:, None] * _UP
+        down = np.maximum(down + more, lowest)
+    lower = window.moved(down)
+    return down, [planted(lower, leg, *mask) for leg, mask in zip(legs, masks, strict=True)]

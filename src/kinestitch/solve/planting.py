@@ -84,7 +84,7 @@ class _Bent:
         setting, count = self.window.setting, len(stands)
         turns = np.where(stands[:, None, None], self.turns, 0.0).reshape(count, -1)
         turns = carry_over(turns, setting.known(stands), setting.blend, breaks=setting.hard)
-        own = self.window.motion.rotations[:, self.joints]
+        own = self.window.local[:, self.joints]
         bent = quat_multiply(own, rotvec_to_quat(turns.reshape(count, -1, 3)))
         return self.window.sound(
             self.leg, self.joints, bent, np.flatnonzero(~stands & (np.abs(turns) > _STILL).any(axis=1))
@@ -159,7 +159,7 @@ class _Bent:
 def _bent(window: Window, leg: Leg, path: FootPath, held: Mask, offsets: Array) -> _Bent:
     local = window.bent(leg, offsets)
     joints = tuple(local)
-    own = window.motion.rotations[:, joints]
+    own = window.local[:, joints]
     turns = quat_multiply(quat_conjugate(own), np.stack(list(local.values()), axis=1))
     vectors = quat_log(np.where(turns[..., 3:] < 0, -turns, turns))
     vectors[np.abs(vectors).max(axis=(1, 2)) < _STILL] = 0.0
