@@ -70,10 +70,10 @@ def test_it_runs_on_a_folder(tmp_path):
 
 BOUNDS = {
     "slide": (1.05, 1.02),
-    "skate": (1.6, 1.2),
-    "ankles": (1.1, 1.05),
-    "knees": (1.35, 1.3),
-    "thighs": (1.5, 1.25),
+    "skate": (4.0, 3.6),
+    "ankles": (1.1, 1.1),
+    "knees": (1.1, 1.1),
+    "thighs": (1.1, 1.1),
 }
 """What docs/feet.md says of the table: median and mean after locking, over the clips' own."""
 
@@ -88,4 +88,4 @@ def test_the_table_keeps_to_what_is_said_of_it(name: str):
         assert after[0] <= BOUNDS[name][0] * own[0]
         assert after[1] <= BOUNDS[name][1] * own[1]
         if name in ("slide", "skate"):
-            assert after[0] < 0.5 * before[0]
+            assert after[0] < (0.6 if name == "slide" else 0.4) * before[0]
