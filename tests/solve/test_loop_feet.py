@@ -63,6 +63,17 @@ def test_a_foot_that_stands_all_the_time_is_left_alone():
     assert quat_distance(locked.motion.rotations, looped.motion.rotations).max() < 1e-5
 
 
+def test_only_frames_that_are_there_are_looked_at():
+    """The same whatever memory held before: nothing is read that has not been written."""
+    walk = ks.sample("walk")
+    looped, found = solve_loop(walk, 20, 160), []
+    for junk in (0.0, 1e300):
+        blocks = [np.full(10**5, junk) for _ in range(20)]
+        del blocks
+        found.append(lock_loop(walk, looped).motion.rotations)
+    assert np.array_equal(*found)
+
+
 def test_contacts_are_those_of_the_clip():
     walk = ks.sample("walk")
     looped = solve_loop(walk, 30, 100)

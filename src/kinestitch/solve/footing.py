@@ -114,7 +114,7 @@ class Window:
 
 def window_of(placed: Placed, motion: Motion, cut: Motion, legs: Sequence[Leg], setting: Setting) -> Window:
     """A cluster's window; motion, cut : the whole result and the whole hard cut"""
-    cluster, frames = setting.cluster, motion.frames
+    cluster, frames = setting.cluster, min(motion.frames, placed.frames)
     joints = tuple(sorted({above for leg in legs for joint in leg.joints for above in motion.skeleton.chain(joint)}))
     sides = {}
     for seam, frame in zip(cluster.seams, cluster.local_frames, strict=True):
