@@ -6,22 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinestitch.core.kinematics import WorldPose, world_pose
 from kinestitch.core.motion import Motion
 from kinestitch.core.rotation import Array, quat_multiply, quat_rotate
 from kinestitch.solve.contacts import Leg, Mask
-from kinestitch.solve.legs import (
-    ankle_moved,
-    bent_leg,
-    knee_hinge,
-    leg_pose,
-    missing_height,
-    pivot_of,
-    sound_leg,
-    stretched,
-)
+from kinestitch.solve.legs import ankle_moved, bent_leg, leg_pose, missing_height, pivot_of, stretched
 from kinestitch.solve.placed import Placed, beside
 from kinestitch.solve.seam import Cluster
 from kinestitch.solve.solved import as_motion
@@ -73,25 +63,14 @@ class Window:
             rotations[:, joint] = quat_multiply(above, local[:, joint])
         return replace(self, local=local, ours=WorldPose(positions, rotations))
 
+    def longest(self, leg: Leg) -> Array:
+        """How far a leg may be stretched at most: (n,) m."""
+        return leg_pose(self.ours, leg, stretched(self.theirs, leg)).longest
+
     def bent(self, leg: Leg, offsets: Array) -> Mapping[int, Array]:
         """Local rotations (n, 4) of a leg's joints whose foot is moved by `offsets` (n, 9)."""
         reach = stretched(self.theirs, leg)
         return bent_leg(self.ours, self.local, leg, offsets, reach, self.motion.skeleton.parents)
-
-    def sound(self, leg: Leg, joints: Sequence[int], turns: Array, frames: NDArray[np.intp]) -> Array:
-        """Local rotations (n, K, 4) of a leg's joints with, in some frames, no knee bent backwards or overstretched."""
-        if not len(frames):
-            return turns
-        pose, parents = self.turned(joints, turns).ours, self.motion.skeleton.parents
-        limit = leg_pose(self.ours, leg, stretched(self.theirs, leg)).longest[frames]
-        there = WorldPose(pose.positions[frames], pose.rotations[frames])
-        moved = np.linalg.norm(there.positions[:, leg.foot] - self.ours.positions[frames, leg.foot], axis=1)
-        local = self.local[frames].copy()
-        local[:, list(joints)] = turns[frames]
-        out = turns.copy()
-        for joint, values in sound_leg(there, local, leg, moved, limit, knee_hinge(self.ours, leg), parents).items():
-            out[frames, joints.index(joint)] = values
-        return out
 
     def missing(self, leg: Leg, offsets: Array, stands: Mask) -> Array:
         """By how much (n,) m ≤ 0 the hips are too high for a foot that is moved by `offsets`, where it stands."""

@@ -11,12 +11,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kinestitch.core.kinematics import WorldPose
 from kinestitch.core.rotation import Array, quat_conjugate, quat_continuous, quat_log, quat_multiply, rotvec_to_quat
 from kinestitch.solve.contacts import Leg, Mask, runs
 from kinestitch.solve.footing import Window, foot_path, placed_path
+from kinestitch.solve.legs import knee_hinge, sound_leg
 from kinestitch.solve.release import wanted_stances
-from kinestitch.solve.stances import FootPath, Stances
+from kinestitch.solve.stances import FootPath, Setting, Stances
 from kinestitch.solve.swings import GROUND, carry_over, clearance, eased_lift, floor_under, step_arcs
 
 MOST = 0.22
@@ -51,9 +54,10 @@ def planted(window: Window, leg: Leg, held: Mask, flat: Mask) -> Planted:
 
     def on(stances: Stances) -> _Bent:
         offsets = np.concatenate([_offsets(stances.path, now), stances.evened(toes)], axis=1)
-        return _bent(window, leg, stances.path, held, np.where(held[:, None], offsets, 0.0))
+        return _bent(window, leg, ground, stances.path, np.where(held[:, None], offsets, 0.0))
 
     placed = placed_path(window, leg)
+    ground = _ground(placed, held, setting)
     stances, stands = wanted_stances(placed, on, (held, flat), far, setting)
     bent = on(stances)
     turns = bent.lifted(bent.carried(stands), stands, _SHARES)
@@ -62,21 +66,43 @@ def planted(window: Window, leg: Leg, held: Mask, flat: Mask) -> Planted:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class _Ground:
+    """What a foot's placed sources say of the ground under it.
+
+    held : (n,) frames in which it can stand; way : (n, 2) m over the ground; floor : (n,) m, the lowest it may be
+    own : by the frame after a seam, m that the sources go over its interval
+    """
+
+    held: Mask
+    way: Array
+    floor: Array
+    own: Mapping[int, float]
+
+
+def _ground(placed: FootPath, held: Mask, setting: Setting) -> _Ground:
+    own = {m: float(np.linalg.norm(placed.own_step(m - 1, m, (m,)).shift[list(GROUND)])) for m in placed.beside}
+    return _Ground(held, placed.pivot[:, GROUND], floor_under(placed.pivot[:, 1], setting.blend), own)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class _Bent:
     """A leg bent to its foot's places.
 
-    path, held : where its foot stands, and in which frames (n,) it can
+    path : where its foot can stand
     joints : K of them; turns : (n, K, 3) rad by which each is turned in its own axes; offsets : (n, 9), see `Planted`
+    longest, hinge : how far it may be stretched (n,) m, and the axis (3,) of its knee in the thigh's frame
     allowed : how much stronger than its source a joint may accelerate
     """
 
     window: Window
     leg: Leg
+    ground: _Ground
     path: FootPath
-    held: Mask
     joints: tuple[int, ...]
     turns: Array
     offsets: Array
+    longest: Array
+    hinge: Array
     allowed: float
 
     def carried(self, stands: Mask) -> Array:
@@ -84,11 +110,20 @@ class _Bent:
         setting, count = self.window.setting, len(stands)
         turns = np.where(stands[:, None, None], self.turns, 0.0).reshape(count, -1)
         turns = carry_over(turns, setting.known(stands), setting.blend, breaks=setting.hard)
-        own = self.window.local[:, self.joints]
-        bent = quat_multiply(own, rotvec_to_quat(turns.reshape(count, -1, 3)))
-        return self.window.sound(
-            self.leg, self.joints, bent, np.flatnonzero(~stands & (np.abs(turns) > _STILL).any(axis=1))
-        )
+        bent = quat_multiply(self.window.local[:, self.joints], rotvec_to_quat(turns.reshape(count, -1, 3)))
+        swings = np.flatnonzero(~stands & (np.abs(turns) > _STILL).any(axis=1))
+        return self._sound(bent, swings) if len(swings) else bent
+
+    def _sound(self, turns: Array, frames: NDArray[np.intp]) -> Array:
+        """The same local rotations, in some frames with no knee bent backwards and no leg overstretched."""
+        turned, before = self.window.turned(self.joints, turns), self.window.ours.positions[frames, self.leg.foot]
+        pose = WorldPose(turned.ours.positions[frames], turned.ours.rotations[frames])
+        moved = np.linalg.norm(pose.positions[:, self.leg.foot] - before, axis=1)
+        parents, out = self.window.motion.skeleton.parents, turns.copy()
+        local = sound_leg(pose, turned.local[frames], self.leg, moved, self.longest[frames], self.hinge, parents)
+        for joint, values in local.items():
+            out[frames, self.joints.index(joint)] = values
+        return out
 
     def excess(self, stands: Mask) -> Array:
         """How much too strongly the leg accelerates in each frame (n,): 1 is as much as may be. A step that takes the
@@ -96,7 +131,7 @@ class _Bent:
         """
         turns = self.carried(stands)
         excess = self.window.excess(turns, self.joints)
-        released, longest = self.held & ~stands, _STEP * self.window.setting.fps
+        released, longest = self.ground.held & ~stands, _STEP * self.window.setting.fps
         steps = [(a, b) for a, b in runs(~stands) if released[a:b].any() and b - a <= longest]
         if steps and excess.max() <= self.allowed:
             higher = self.window.excess(self.lifted(turns, stands, _WHOLE), self.joints)
@@ -133,19 +168,18 @@ class _Bent:
 
     def _lifts(self, low: Window, known: Mask, stands: Mask) -> tuple[Array, Array]:
         """By how much (n,) m the foot has to be lifted so as not to go through the ground, and so as to clear it."""
-        setting, placed, foot = low.setting, placed_path(low, self.leg), foot_path(low.ours, self.leg).pivot
-        own = {m: float(np.linalg.norm(placed.own_step(m - 1, m, (m,)).shift[list(GROUND)])) for m in placed.beside}
-        clear = clearance(foot[:, GROUND], placed.pivot[:, GROUND], own=own, fps=setting.fps, leg=setting.leg)
-        arcs = step_arcs(stands, self.held & ~stands, self.path.pivot[:, GROUND], setting.leg)
-        floor = floor_under(placed.pivot[:, 1], setting.blend) - foot[:, 1]
-        return eased_lift(floor, known, setting.fps), eased_lift(floor + arcs + clear, known, setting.fps)
+        setting, ground, foot = low.setting, self.ground, foot_path(low.ours, self.leg).pivot
+        clear = clearance(foot[:, GROUND], ground.way, own=ground.own, fps=setting.fps, leg=setting.leg)
+        arcs = step_arcs(stands, ground.held & ~stands, self.path.pivot[:, GROUND], setting.leg)
+        under = ground.floor - foot[:, 1]
+        return eased_lift(under, known, setting.fps), eased_lift(under + arcs + clear, known, setting.fps)
 
     def _allowed_lifting(self, low: Window, turns: Array, lift: Array) -> Array:
         """How much stronger than its source a joint may accelerate in each frame (n,) for a foot to be lifted: more
         where it would rush along the ground.
         """
         setting, foot = low.setting, foot_path(low.ours, self.leg).pivot
-        height = foot[:, 1] + lift - floor_under(placed_path(low, self.leg).pivot[:, 1], setting.blend)
+        height = foot[:, 1] + lift - self.ground.floor
         speed = np.linalg.norm(np.gradient(foot[:, GROUND], axis=0), axis=1) * setting.fps / setting.leg
         speed[height > _LOW * setting.leg] = 0.0
         rushing = 1 + np.maximum(speed - _RUSH, 0.0)
@@ -156,7 +190,7 @@ class _Bent:
         return allowed
 
 
-def _bent(window: Window, leg: Leg, path: FootPath, held: Mask, offsets: Array) -> _Bent:
+def _bent(window: Window, leg: Leg, ground: _Ground, path: FootPath, offsets: Array) -> _Bent:
     local = window.bent(leg, offsets)
     joints = tuple(local)
     own = window.local[:, joints]
@@ -164,7 +198,8 @@ def _bent(window: Window, leg: Leg, path: FootPath, held: Mask, offsets: Array) 
     vectors = quat_log(np.where(turns[..., 3:] < 0, -turns, turns))
     vectors[np.abs(vectors).max(axis=(1, 2)) < _STILL] = 0.0
     allowed = max(MOST, float(window.excess(own, joints).max()))
-    return _Bent(window, leg, path, held, joints, vectors, offsets, allowed)
+    longest, hinge = window.longest(leg), knee_hinge(window.ours, leg)
+    return _Bent(window, leg, ground, path, joints, vectors, offsets, longest, hinge, allowed)
 
 
 def _offsets(path: FootPath, now: FootPath) -> Array:

@@ -67,16 +67,9 @@ def released(stances: Stances, leg: Thrown, far: Mask, setting: Setting) -> Mask
     renewed = {id(old): new for old, new in zip(stances.pieces, pieces, strict=True)}
     joined = {(id(renewed[id(link.left)]), id(renewed[id(link.right)])): link for link in stances.links}
     least = [_least(piece, len(far), setting.fps) for piece in pieces]
-    for piece in pieces:
-        _come_near(piece, far, joined.keys())
     frames = max(1, round(setting.fps / 60))
     while True:
-        linked = {identity for pair in joined for identity in pair}
-        alive = [
-            piece
-            for piece, shortest in zip(pieces, least, strict=True)
-            if piece.stop - piece.start >= (1 if id(piece) in linked else shortest)
-        ]
+        alive = _alive(pieces, least, far, joined)
         stands = np.zeros(len(far), dtype=bool)
         for piece in alive:
             stands[piece.start : piece.stop] = True
@@ -87,11 +80,35 @@ def released(stances: Stances, leg: Thrown, far: Mask, setting: Setting) -> Mask
             link = joined.get((id(left), id(right)))
             if link is None:
                 moved |= _give_way(left, right, strength, frames)
-            elif left is not None and right is not None and strength[shares_of(link, stances.pause)[0]].max() > 1.0:
+            elif left is not None and right is not None and _torn(link, left, right, strength, stances.pause):
                 del joined[id(left), id(right)]
                 left.stop, right.start, moved = left.stop - frames, right.start + frames, True
         if not moved:
             return stands
+
+
+def _alive(pieces: list[Piece], least: list[int], far: Mask, joined: dict[tuple[int, int], Link]) -> list[Piece]:
+    """The pieces that are still long enough, in reach at both ends and joined, in place, to none that is not."""
+    while True:
+        for piece in pieces:
+            _come_near(piece, far, joined.keys())
+        linked = {identity for pair in joined for identity in pair}
+        alive = [
+            piece
+            for piece, shortest in zip(pieces, least, strict=True)
+            if piece.stop - piece.start >= (1 if id(piece) in linked else shortest)
+        ]
+        lone = joined.keys() - set(pairwise(map(id, alive)))
+        if not lone:
+            return alive
+        for pair in lone:
+            del joined[pair]
+
+
+def _torn(link: Link, left: Piece, right: Piece, strength: Array, pause: int) -> bool:
+    """Whether the way from one piece to the other, over what may lie between them, throws the leg too hard."""
+    frames = shares_of(link, pause)[0]
+    return bool(strength[max(frames[0], left.start) : min(frames[-1] + 1, right.stop)].max() > 1.0)
 
 
 def _shrink(piece: Piece, strength: Array, frames: int, joined: dict[tuple[int, int], Link]) -> bool:
