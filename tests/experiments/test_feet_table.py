@@ -89,3 +89,13 @@ def test_the_table_keeps_to_what_is_said_of_it(name: str):
         assert after[1] <= BOUNDS[name][1] * own[1]
         if name in ("slide", "skate"):
             assert after[0] < (0.6 if name == "slide" else 0.4) * before[0]
+
+
+def test_feet_hardly_sink_in_the_table():
+    table = (Path(__file__).parents[2] / "docs" / "feet_table.md").read_text(encoding="utf-8")
+    rows = [line.split("|") for line in table.splitlines() if line.startswith(f"| {MEASURES['sink']} |")]
+    assert len(rows) == 4
+    for row in rows:
+        before, after = ([float(value) for value in cell.split("/")] for cell in row[2:4])
+        assert after[1] <= 0.5
+        assert 1.0 < before[1] < 3.0

@@ -24,12 +24,14 @@ from kinestitch.solve.planting import Planted, planted
 from kinestitch.solve.seam import clusters
 from kinestitch.solve.solved import Solved
 from kinestitch.solve.stances import Setting
+from kinestitch.solve.swings import ease
 
 BLEND = 0.42
 """s in which a foot comes back from a stance to its solved way, as long as a default seam shows."""
 
 _UP = np.array([0.0, 1.0, 0.0])
 _ROUNDS, _NEAR = 2, 1e-4  # in which the hips are lowered, and m that may be missing
+_FADE = 0.1  # s beside a window's ends in which they are lowered less
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,7 +115,16 @@ def _planted(
         )
         if missing.min() > -_NEAR:
             return down, feet
-        more = lowered(missing, window.setting.fps, window.setting.leg)[:, None] * _UP
-        down = np.maximum(down + more, lowest)
+        more = lowered(missing, window.setting.fps, window.setting.leg) * _inside(window.setting, len(missing))
+        down = np.maximum(down + more[:, None] * _UP, lowest)
     lower = window.moved(down)
     return down, [planted(lower, leg, *mask) for leg, mask in zip(legs, masks, strict=True)]
+
+
+def _inside(setting: Setting, count: int) -> Array:
+    """0 in the frames (n,) beside which a window ends, 1 away from them, without a step in value or slope."""
+    ends = np.flatnonzero(setting.known(np.zeros(count, dtype=bool)))
+    if not len(ends):
+        return np.ones(count)
+    away = np.abs(np.arange(count)[:, None] - ends).min(axis=1) / (_FADE * setting.fps)
+    return ease(away)

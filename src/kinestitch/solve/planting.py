@@ -142,8 +142,8 @@ class _Bent:
 
     def lifted(self, turns: Array, stands: Mask, shares: Sequence[float]) -> Array:
         """Local rotations (n, K, 4) with the foot lifted in its swings where it comes too near the ground: each by the
-        first of some falling shares of what it lacks that makes no joint accelerate too strongly, or the last; never so
-        little that it goes through the ground.
+        first of some falling shares of what it lacks that makes no joint accelerate too strongly, or the last, and at
+        least by what it would sink into the ground.
         """
         window, joints = self.window, list(self.joints)
         low, known = window.turned(joints, turns), window.setting.known(stands)
@@ -167,7 +167,7 @@ class _Bent:
                 rung[a:b] += 1
 
     def _lifts(self, low: Window, known: Mask, stands: Mask) -> tuple[Array, Array]:
-        """By how much (n,) m the foot has to be lifted so as not to go through the ground, and so as to clear it."""
+        """By how much (n,) m the foot has to be lifted so as not to sink into the ground, and so as to clear it."""
         setting, ground, foot = low.setting, self.ground, foot_path(low.ours, self.leg).pivot
         clear = clearance(foot[:, GROUND], ground.way, own=ground.own, fps=setting.fps, leg=setting.leg)
         arcs = step_arcs(stands, ground.held & ~stands, self.path.pivot[:, GROUND], setting.leg)

@@ -18,6 +18,10 @@ _ALIKE = 1e-9  # share by which two peaks may differ and still count as equally 
 _TIE = 2  # frames by which the peak may be nearer to one stance than to the other, and both still give way
 
 
+End = tuple[int, int]  # a piece's identity, and 0 for its start or 1 for its stop
+Joined = dict[tuple[int, int], Link]  # by the identities of the two pieces that became one
+
+
 class Thrown(Protocol):
     """A leg whose foot can stand in some places."""
 
@@ -73,21 +77,32 @@ def released(stances: Stances, leg: Thrown, far: Mask, setting: Setting) -> Mask
         stands = np.zeros(len(far), dtype=bool)
         for piece in alive:
             stands[piece.start : piece.stop] = True
-        strength, moved = leg.excess(stands), False
-        for piece in alive:
-            moved |= _shrink(piece, strength, frames, joined)
-        for left, right in pairwise([None, *alive, None]):
-            link = joined.get((id(left), id(right)))
-            if link is None:
-                moved |= _give_way(left, right, strength, frames)
-            elif left is not None and right is not None and _torn(link, left, right, strength, stances.pause):
-                del joined[id(left), id(right)]
-                left.stop, right.start, moved = left.stop - frames, right.start + frames, True
-        if not moved:
+        ends = _giving_way(alive, joined, leg.excess(stands), stances.pause)
+        if not ends:
             return stands
+        for left, right in list(joined):
+            if (left, 1) in ends or (right, 0) in ends:
+                del joined[left, right]
+        for piece in alive:
+            piece.start += frames if (id(piece), 0) in ends else 0
+            piece.stop -= frames if (id(piece), 1) in ends else 0
 
 
-def _alive(pieces: list[Piece], least: list[int], far: Mask, joined: dict[tuple[int, int], Link]) -> list[Piece]:
+def _giving_way(alive: list[Piece], joined: Joined, strength: Array, pause: int) -> set[End]:
+    """The ends of pieces that are to give way, so that a leg is thrown less hard."""
+    ends: set[End] = set()
+    for piece in alive:
+        ends |= _within(piece, strength)
+    for left, right in pairwise([None, *alive, None]):
+        link = joined.get((id(left), id(right)))
+        if link is None or left is None or right is None:
+            ends |= _between(left, right, strength)
+        elif _torn(link, left, right, strength, pause):
+            ends |= {(id(left), 1), (id(right), 0)}
+    return ends
+
+
+def _alive(pieces: list[Piece], least: list[int], far: Mask, joined: Joined) -> list[Piece]:
     """The pieces that are still long enough, in reach at both ends and joined, in place, to none that is not."""
     while True:
         for piece in pieces:
@@ -111,21 +126,24 @@ def _torn(link: Link, left: Piece, right: Piece, strength: Array, pause: int) ->
     return bool(strength[max(frames[0], left.start) : min(frames[-1] + 1, right.stop)].max() > 1.0)
 
 
-def _shrink(piece: Piece, strength: Array, frames: int, joined: dict[tuple[int, int], Link]) -> bool:
-    """Shorten, in place, a stance within which a leg is thrown too hard, from the end that is nearer, where it is no
-    longer joined then; whether it had to be.
-    """
+def _within(piece: Piece, strength: Array) -> set[End]:
+    """The nearer end of a stance within which a leg is thrown too hard."""
     inner = strength[piece.start + 1 : piece.stop - 1]
     if inner.max(initial=0.0) <= 1.0:
-        return False
-    peak = piece.start + 1 + int(inner.argmax())
-    nearer = (piece.stop - 1 - peak) - (peak - piece.start)
-    for pair in list(joined):
-        if (nearer <= _TIE and pair[0] == id(piece)) or (nearer >= -_TIE and pair[1] == id(piece)):
-            del joined[pair]
-    piece.start += frames if nearer >= -_TIE else 0
-    piece.stop -= frames if nearer <= _TIE else 0
-    return True
+        return set()
+    peak = piece.start + 1 + _middle_peak(inner)
+    return _nearer((id(piece), 0), (id(piece), 1), (piece.stop - 1 - peak) - (peak - piece.start))
+
+
+def _nearer(before: End, after: End, more: float) -> set[End]:
+    """The end before or the one after a peak that is `more` frames nearer to the first; both where it is hardly."""
+    return ({before} if more >= -_TIE else set()) | ({after} if more <= _TIE else set())
+
+
+def _middle_peak(values: Array) -> float:
+    """The place of the largest value; amid the first and the last of some that are alike."""
+    peaks = np.flatnonzero(values >= (1 - _ALIKE) * values.max())
+    return (int(peaks[0]) + int(peaks[-1])) / 2
 
 
 def _come_near(piece: Piece, far: Mask, joined: Set[tuple[int, int]]) -> None:
@@ -144,20 +162,14 @@ def _least(piece: Piece, count: int, fps: float) -> int:
     return min(shortest, piece.stop - piece.start) if piece.start == 0 or piece.stop == count else shortest
 
 
-def _give_way(left: Piece | None, right: Piece | None, strength: Array, frames: int) -> bool:
-    """Shorten, in place, the one of two neighbouring stances that is nearer to where a foot would be thrown too hard
-    between them; whether there was such a place.
-    """
+def _between(left: Piece | None, right: Piece | None, strength: Array) -> set[End]:
+    """The one of two neighbouring stances' ends that is nearer to where a leg is thrown too hard between them."""
     start = 0 if left is None else left.stop - 1
     stop = len(strength) if right is None else right.start + 1
     between = strength[start:stop]
-    if (left is None and right is None) or between.max(initial=0.0) <= 1.0:
-        return False
-    peaks = np.flatnonzero(between >= (1 - _ALIKE) * between.max())
-    peak = start + (int(peaks[0]) + int(peaks[-1])) / 2
-    nearer = 0.0 if left is None else 1.0 if right is None else (right.start - peak) - (peak - start)
-    if left is not None and (right is None or nearer >= -_TIE):
-        left.stop -= frames
-    if right is not None and (left is None or nearer <= _TIE):
-        right.start += frames
-    return True
+    if between.max(initial=0.0) <= 1.0:
+        return set()
+    if left is None or right is None:
+        return ({(id(left), 1)} if left else set()) | ({(id(right), 0)} if right else set())
+    peak = start + _middle_peak(between)
+    return _nearer((id(left), 1), (id(right), 0), (right.start - peak) - (peak - start))

@@ -24,7 +24,7 @@ from kinestitch.core.rotation import (
 )
 from kinestitch.solve.contacts import Mask, runs
 from kinestitch.solve.seam import Cluster
-from kinestitch.solve.swings import GROUND
+from kinestitch.solve.swings import GROUND, ease
 
 _APART, _UNEVEN, _TURNED = 0.35, 0.1, np.radians(50.0)  # leg lengths and rad within which two stances can become one
 _PAUSE = 0.15  # s that may lie between them
@@ -271,12 +271,6 @@ def shares_of(link: Link, pause: int) -> tuple[NDArray[np.intp], Array]:
     spans = [max(1, round(4 * part * pause)) for part in (link.rolls, 1 - link.rolls)]
     before = np.arange(max(link.left.start, a - spans[0] + 1), a + 1)
     after = np.arange(b, min(link.right.stop, b + spans[1]))
-    rise, fall = _ease(1 - (a - before) / spans[0]), _ease(1 - (after - b) / spans[1])
+    rise, fall = ease(1 - (a - before) / spans[0]), ease(1 - (after - b) / spans[1])
     shares = np.concatenate([link.rolls * rise, (link.rolls - 1) * fall])
     return np.concatenate([before, after]), shares[:, None]
-
-
-def _ease(share: Array) -> Array:
-    """0 to 1 without a step in value or slope."""
-    s = np.clip(share, 0.0, 1.0)
-    return s * s * (3 - 2 * s)

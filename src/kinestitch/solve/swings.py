@@ -101,3 +101,9 @@ def smoothed(values: Array, half: int) -> Array:
     """Values (n,) averaged over `half` frames on both sides, the near ones more."""
     bell = np.hanning(2 * half + 3)[1:-1]
     return np.asarray(convolve1d(values, bell / bell.sum(), mode="nearest"))
+
+
+def ease(share: Array) -> Array:
+    """0 to 1 without a step in value or slope."""
+    s = np.clip(share, 0.0, 1.0)
+    return s * s * (3 - 2 * s)
