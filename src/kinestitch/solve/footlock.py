@@ -31,7 +31,7 @@ BLEND = 0.42
 
 _UP = np.array([0.0, 1.0, 0.0])
 _ROUNDS, _NEAR = 2, 1e-4  # in which the hips are lowered, and m that may be missing
-_FADE = 0.1  # s beside a window's ends in which they are lowered less
+_FADE = 0.2  # s beside a window's ends in which they are lowered less
 
 
 @dataclass(frozen=True, eq=False, slots=True)
