@@ -13,10 +13,12 @@ from kinestitch.core.rotation import quat_distance
 from kinestitch.edit.operations import replace as paste
 from kinestitch.edit.pins import Pin
 from kinestitch.edit.timeline import timeline
+from kinestitch.rig.hips import hips_joint
 from kinestitch.samples import sample
 from kinestitch.solve.contacts import legs_of, runs
 from kinestitch.solve.footlock import placed_contacts
 from kinestitch.solve.stitch import solve_timeline
+from kinestitch.solve.ways import LONGER, SHORTER
 
 WALK = {"walk": sample("walk")}
 LINE = timeline(WALK, "walk")
@@ -100,3 +102,25 @@ def test_a_rig_without_feet_is_bent_all_the_same():
     found = solve_timeline(pinned, clips, foot_lock=True)
     assert np.allclose(world_pose(found.motion).positions[50, 0, [0, 2]], [0.2, 0.1])
     assert found.contacts is None
+
+
+def stances_kept(name: str, share: float) -> float:
+    """How many of a clip's contacts are left where its way becomes `share` times as long."""
+    clip = sample(name)
+    hips = world_pose(clip).positions[:, hips_joint(clip.skeleton)]
+    x, _, z = hips[0] + share * (hips[-1] - hips[0])
+    line = replace(timeline({name: clip}, name), pins=(Pin("root", clip.frames - 1, (x, 0.0, z)),))
+    planted = solve_timeline(line, {name: clip}, foot_lock=True)
+    return float(planted.contacts.held.sum() / placed_contacts(planted.placed).held.sum())
+
+
+@pytest.mark.filterwarnings("ignore:The way to")
+@pytest.mark.parametrize("name", ["walk", "run"])
+def test_stances_hold_as_far_as_ways_may_change_without_a_warning(name: str):
+    assert stances_kept(name, SHORTER) == stances_kept(name, 1.0) == stances_kept(name, LONGER) == 1.0
+
+
+@pytest.mark.filterwarnings("ignore:The way to")
+def test_stances_are_lost_where_ways_change_by_more():
+    for share in (SHORTER / 2, LONGER + 0.25):
+        assert min(stances_kept(name, share) for name in ("walk", "run")) < 1.0
